@@ -1,0 +1,75 @@
+"""The cube parameterization: the one face table of the project.
+
+Faces come in the order px nx py ny pz nz with WebGPU's orientation. On every face ``s`` grows to the right and ``t``
+downwards, both in [-1, 1], so that texel (row, column) of a face of N texels has its centre at
+``s = (2·column + 1)/N - 1`` and ``t = (2·row + 1)/N - 1``.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+FACES = ("px", "nx", "py", "ny", "pz", "nz")
+
+# direction = AXES[face, 0] + s·AXES[face, 1] + t·AXES[face, 2]
+AXES = np.array(
+    [
+        [[1, 0, 0], [0, 0, -1], [0, -1, 0]],
+        [[-1, 0, 0], [0, 0, 1], [0, -1, 0]],
+        [[0, 1, 0], [1, 0, 0], [0, 0, 1]],
+        [[0, -1, 0], [1, 0, 0], [0, 0, -1]],
+        [[0, 0, 1], [1, 0, 0], [0, -1, 0]],
+        [[0, 0, -1], [-1, 0, 0], [0, -1, 0]],
+    ],
+    dtype=np.float64,
+)
+AXES.setflags(write=False)
+
+
+def direction_from_face(
+    face: Int[np.ndarray, "*batch"], s: Float[np.ndarray, "*batch"], t: Float[np.ndarray, "*batch"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """Direction through the point (s, t) of a cube face; its largest component is ±1 where |s|, |t| ≤ 1.
+
+    Not normalized. Points beyond the face's edge (|s| or |t| > 1) give the direction on the extended face plane.
+    """
+    axes = AXES[face]
+    return axes[..., 0, :] + s[..., None] * axes[..., 1, :] + t[..., None] * axes[..., 2, :]
+
+
+def face_from_direction(
+    direction: Float[np.ndarray, "*batch 3"],
+) -> tuple[Int[np.ndarray, "*batch"], Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
+    """Face index and (s, t) in [-1, 1] that a direction of any length (not zero) meets.
+
+    Ties go to x before y before z, and to the positive face, as in the shaders.
+    """
+    magnitude = np.abs(direction)
+    x, y, z = magnitude[..., 0], magnitude[..., 1], magnitude[..., 2]
+    axis = np.where((x >= y) & (x >= z), 0, np.where(y >= z, 1, 2))
+    major = np.take_along_axis(direction, axis[..., None], -1)[..., 0]
+    face = 2 * axis + (major < 0)
+    axes = AXES[face]
+    scale = 1.0 / np.abs(major)
+    s = np.einsum("...i,...i->...", direction, axes[..., 1, :]) * scale
+    t = np.einsum("...i,...i->...", direction, axes[..., 2, :]) * scale
+    return face, s, t
+
+
+def texel_directions(size: int) -> Float[np.ndarray, "6 size size 3"]:
+    """Unit directions of all texel centres of a cube of ``size``² texels a face."""
+    centre = (2.0 * np.arange(size) + 1.0) / size - 1.0
+    face, t, s = np.meshgrid(np.arange(6), centre, centre, indexing="ij")
+    direction = direction_from_face(face, s, t)
+    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+
+
+def texel_solid_angle(size: int) -> Float[np.ndarray, "size size"]:
+    """Exact solid angle in steradians of each texel of one face (all faces are alike).
+
+    The solid angle from the face's centre to (s, t) is atan(s·t / sqrt(s² + t² + 1)); a texel's is the alternating sum
+    over its four corners. Six times the sum over the face is 4π.
+    """
+    edge = 2.0 * np.arange(size + 1) / size - 1.0
+    s, t = edge[None, :], edge[:, None]
+    corner = np.arctan2(s * t, np.sqrt(s * s + t * t + 1.0))
+    return corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]

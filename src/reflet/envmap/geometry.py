@@ -1,0 +1,124 @@
+"""Geometries: the shapes that approximate the environment an env map stands for.
+
+A lookup at surface point ``p`` along the mirrored unit ray ``r`` meets the shape at ``h = p + t·r`` and samples the map
+in the direction ``h - origin`` [Hakura01, sec. 4]. Points are in metres, in world space; the returned directions are
+not normalized. ``p`` is taken to lie inside the shape; from outside the far intersection is used, or the closest
+approach where the ray misses.
+
+Every geometry packs into the same twelve floats (`pack`), which shaders and kernels share:
+``[kind, a.xyz, floor, b.xyz, 0, origin.xyz]`` with a, b the box's corners, or centre and radii.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+Vec3 = tuple[float, float, float]
+Points = Float[np.ndarray, "*batch 3"]
+
+INFINITE_SPHERE, SPHERE, ELLIPSOID, BOX, HEMISPHERE = range(5)
+_SMALL = 1e-12  # direction components below this are taken as this: keeps slabs finite
+
+
+@dataclass(frozen=True)
+class InfiniteSphere:
+    """The environment is infinitely far: the direction alone decides."""
+
+    kind = "infinite_sphere"
+
+    def lookup_direction(self, p: Points, r: Points) -> Points:
+        """The mirrored ray itself."""
+        return np.broadcast_to(r, np.broadcast_shapes(p.shape, r.shape))
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """Axis-aligned ellipsoid; a sphere where the radii are equal.
+
+    The lookup direction is divided by the radii, so that the map's texels spread over the ellipsoid as they do over a
+    sphere instead of crowding at its far ends.
+    """
+
+    centre: Vec3
+    radii: Vec3
+    origin: Vec3
+    kind = "ellipsoid"
+
+    def lookup_direction(self, p: Points, r: Points) -> Points:
+        """(h - origin)/radii, where h is where the ray leaves the ellipsoid."""
+        centre, radii, origin = np.asarray(self.centre), np.asarray(self.radii), np.asarray(self.origin)
+        q, v = (p - centre) / radii, r / radii
+        a = np.einsum("...i,...i->...", v, v)
+        b = np.einsum("...i,...i->...", q, v)
+        c = np.einsum("...i,...i->...", q, q) - 1.0
+        t = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
+        return q + np.maximum(t, 0.0)[..., None] * v + (centre - origin) / radii
+
+
+@dataclass(frozen=True)
+class Sphere(Ellipsoid):
+    """Sphere of one finite radius: an `Ellipsoid` whose three radii are equal."""
+
+    kind = "sphere"
+
+
+@dataclass(frozen=True)
+class Box:
+    """Axis-aligned box from ``lower`` to ``upper``: rooms."""
+
+    lower: Vec3
+    upper: Vec3
+    origin: Vec3
+    kind = "box"
+
+    def lookup_direction(self, p: Points, r: Points) -> Points:
+        """h - origin, where h is where the ray leaves the box."""
+        safe = np.where(np.abs(r) < _SMALL, _SMALL, r)
+        t = np.maximum((np.asarray(self.lower) - p) / safe, (np.asarray(self.upper) - p) / safe).min(-1)
+        return p + t[..., None] * safe - np.asarray(self.origin)
+
+
+@dataclass(frozen=True)
+class Hemisphere:
+    """Ellipsoid above a horizontal floor at height ``floor`` (the y of world space): objects on open ground."""
+
+    centre: Vec3
+    radii: Vec3
+    floor: float
+    origin: Vec3
+    kind = "hemisphere"
+
+    def lookup_direction(self, p: Points, r: Points) -> Points:
+        """h - origin, where h is the first of floor (for falling rays) and dome."""
+        centre, radii = np.asarray(self.centre), np.asarray(self.radii)
+        q, v = (p - centre) / radii, r / radii
+        a = np.einsum("...i,...i->...", v, v)
+        b = np.einsum("...i,...i->...", q, v)
+        c = np.einsum("...i,...i->...", q, q) - 1.0
+        t = np.maximum((-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0)
+        falling = r[..., 1] < -_SMALL
+        to_floor = (self.floor - p[..., 1]) / np.where(falling, r[..., 1], -1.0)
+        t = np.where(falling, np.minimum(t, np.maximum(to_floor, 0.0)), t)
+        return p + t[..., None] * r - np.asarray(self.origin)
+
+
+Geometry = InfiniteSphere | Sphere | Ellipsoid | Box | Hemisphere
+KINDS: dict[str, type] = {g.kind: g for g in (InfiniteSphere, Sphere, Ellipsoid, Box, Hemisphere)}
+
+
+def pack(geometry: Geometry) -> Float[np.ndarray, "12"]:
+    """The twelve float32 that shaders and compiled kernels read; see the module's text."""
+    out = np.zeros(12, np.float32)
+    match geometry:
+        case InfiniteSphere():
+            out[0] = INFINITE_SPHERE
+        case Box():
+            out[0], out[1:4], out[5:8], out[9:12] = BOX, geometry.lower, geometry.upper, geometry.origin
+        case Hemisphere():
+            out[0], out[1:4], out[4] = HEMISPHERE, geometry.centre, geometry.floor
+            out[5:8], out[9:12] = geometry.radii, geometry.origin
+        case Ellipsoid():
+            out[0] = SPHERE if isinstance(geometry, Sphere) else ELLIPSOID
+            out[1:4], out[5:8], out[9:12] = geometry.centre, geometry.radii, geometry.origin
+    return out

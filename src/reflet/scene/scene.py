@@ -1,0 +1,51 @@
+"""The scene: parts, the reflective objects they form, and the light around them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from reflet.scene.material import EnvironmentLight, Material
+from reflet.scene.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh with one material and a name that is unique in its scene.
+
+    A reflective part is a mirror whose reflectance at normal incidence is its base colour where metallic, 0.04 where
+    not; its remaining, diffuse colour is base_color·(1 - metallic).
+    """
+
+    name: str
+    mesh: Mesh
+    material: Material
+    reflective: bool = False
+
+
+@dataclass(frozen=True)
+class ReflectiveObject:
+    """Reflective parts that touch one another; ``parts`` are indices into `Scene.parts`."""
+
+    name: str
+    parts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All parts in world space. Triangles are numbered through all parts, in the parts' order."""
+
+    parts: tuple[Part, ...]
+    objects: tuple[ReflectiveObject, ...]
+    environment: EnvironmentLight | None = None
+
+    @cached_property
+    def triangle_offsets(self) -> tuple[int, ...]:
+        """Number of the first triangle of each part, and at the end the number of all triangles."""
+        return tuple(np.cumsum([0] + [len(part.mesh.triangles) for part in self.parts]).tolist())
+
+    @cached_property
+    def object_of_part(self) -> tuple[int, ...]:
+        """Index of the object that each part belongs to, -1 for parts that do not reflect."""
+        owner = {p: o for o, item in enumerate(self.objects) for p in item.parts}
+        return tuple(owner.get(p, -1) for p in range(len(self.parts)))

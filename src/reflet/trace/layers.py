@@ -1,0 +1,56 @@
+"""What segmented ray tracing hands on. Imports nothing heavy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float32, Int32
+
+from reflet.scene.camera import Camera
+from reflet.scene.visibility import Visibility
+
+
+@dataclass(frozen=True)
+class SegmentedLayers:
+    """The layers of all reflective parts in one picture [Hakura01, sec. 4, Figure 4].
+
+    One row per pixel and reflective part seen there, ordered by pixel, then part. Each layer is the mean over the row's
+    samples that see the front of the part, ``coverage`` their share of all the pixel's samples; so the picture is
+    ``surroundings + Σ coverage·(diffuse + fresnel·(local + (1 - alpha)·distant))``. Radiance is linear Rec. 709;
+    ``local`` is premultiplied by ``alpha``. ``surroundings`` (radiance times its own coverage) holds everything that
+    does not reflect, seen directly. ``combined`` is the mean of fresnel·(local + (1 - alpha)·distant) taken sample by
+    sample: what the reflection truly shows.
+    """
+
+    camera: Camera
+    pixel: Int32[np.ndarray, "rows"]
+    part: Int32[np.ndarray, "rows"]
+    coverage: Float32[np.ndarray, "rows"]
+    diffuse: Float32[np.ndarray, "rows 3"]
+    fresnel: Float32[np.ndarray, "rows 3"]
+    distant: Float32[np.ndarray, "rows 3"]
+    local: Float32[np.ndarray, "rows 3"]
+    alpha: Float32[np.ndarray, "rows"]
+    combined: Float32[np.ndarray, "rows 3"]
+    surroundings: Float32[np.ndarray, "height width 3"]
+
+
+@dataclass(frozen=True)
+class TracedView:
+    """All that one viewpoint gives to inference."""
+
+    layers: SegmentedLayers
+    visibility: Visibility
+
+
+@dataclass(frozen=True)
+class StaticProbe:
+    """The environment seen from one point with one object taken away: the static env map and its distances.
+
+    ``texels`` hold radiance at all mip levels of a cube (finest traced, the others solid-angle weighted means), ordered
+    as `CubeMipChain` says; ``distance`` is in metres along the unit direction of each finest texel's centre, infinite
+    where the ray leaves the scene.
+    """
+
+    origin: tuple[float, float, float]
+    texels: Float32[np.ndarray, "texels 3"]
+    distance: Float32[np.ndarray, "6 size size"]
