@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Float32, Int32, UInt32
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,13 @@ class Lookups:
 class GBuffer:
     """Rows (pixel × part) of a picture, the sub-samples they average, and each sub-sample's lookups.
 
-    A row's value is the mean over its sub-samples. ``row_of_sample`` is increasing. Today every sub-sample has one
+    A row's value is the mean over its sub-samples. ``row_of_sample`` is increasing; ``triangle`` numbers the scene's
+    triangles. Today every sub-sample has one
     lookup of weight 1; second bounces and filter taps will add more.
     """
 
     row_pixel: Int32[np.ndarray, "rows"]
     row_part: Int32[np.ndarray, "rows"]
     row_of_sample: Int32[np.ndarray, "samples"]
+    triangle: UInt32[np.ndarray, "samples"]
     lookups: tuple[Lookups, ...]
