@@ -1,0 +1,48 @@
+# make demo   bakes the built-in scene, writes a comparison figure and a page into out/
+# make test   lints, type-checks, builds the web part and runs all tests
+# Both set up everything they need first.
+
+PY := .venv/bin/python
+WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print) $(wildcard src/reflet/shaders/*.wgsl)
+VIEWER := src/reflet/view/static/index.html
+
+.PHONY: demo test lint web lock clean
+.DELETE_ON_ERROR:
+
+demo: .venv/.ready $(VIEWER)
+	$(PY) examples/demo.py out
+
+test: lint .venv/.browser $(VIEWER)
+	$(PY) -m pytest
+
+lint: .venv/.ready web/node_modules/.ready
+	.venv/bin/ruff check src tests examples benchmarks
+	.venv/bin/ruff format --check src tests examples benchmarks
+	.venv/bin/mypy
+	cd web && npm run --silent check
+
+web: $(VIEWER)
+
+$(VIEWER): web/node_modules/.ready $(WEB_SOURCES)
+	cd web && npm run --silent build
+	@touch $@
+
+.venv/.ready: requirements.lock pyproject.toml tools/setup.sh
+	tools/setup.sh python
+	@touch $@
+
+web/node_modules/.ready: web/package.json web/package-lock.json tools/setup.sh
+	tools/setup.sh web
+	@touch $@
+
+.venv/.browser: .venv/.ready
+	tools/setup.sh browser
+	@touch $@
+
+# The lock names no index: hashes alone decide what is installed, wherever it comes from.
+lock:
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url \
+	    --extra dev pyproject.toml -o requirements.lock
+
+clean:
+	rm -rf .venv out web/node_modules src/reflet/view/static
