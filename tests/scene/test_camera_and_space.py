@@ -1,0 +1,94 @@
+"""Cameras, the parameter space and the sample pattern."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reflet.errors import RefletError
+from reflet.scene.camera import Camera
+from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.sample_pattern import PATTERN, sample_positions
+
+BENCH = Orbit((0.01, 0.15, 0.0), azimuth_deg=60.0, elevation_deg=22.0, distance=1.25)
+ORBIT = ParameterSpace((Axis("azimuth_deg", (60.0, 62.0, 64.0)),), BENCH)
+GRID = ParameterSpace((Axis("elevation_deg", (10.0, 20.0)), Axis("azimuth_deg", (0.0, 5.0, 10.0))), BENCH)
+
+
+def test_the_orbits_camera_is_the_benchmarks() -> None:
+    # the position written, to six digits, in the Mitsuba file of the same scene
+    np.testing.assert_allclose(ORBIT.camera(0).position, (0.589490, 0.618258, -1.003706), atol=1e-6)
+
+
+def test_rays_and_projection_agree() -> None:
+    camera = Camera((1.0, 2.0, 3.0), (0.2, 0.1, -0.4), fov_deg=40.0, width=640, height=480)
+    corner, dx, dy = camera.ray_basis()
+    clip_from_world = camera.clip_from_world(0.1, 100.0)
+    for x, y in ((0, 0), (640, 0), (0, 480), (320, 240), (17.25, 400.5)):
+        clip = clip_from_world @ np.append(np.array(camera.position) + 7.0 * (corner + x * dx + y * dy), 1.0)
+        ndc = clip[:3] / clip[3]
+        # float64 throughout
+        np.testing.assert_allclose([(ndc[0] + 1) * 320, (1 - ndc[1]) * 240], [x, y], atol=1e-9)
+        assert 0 < ndc[2] < 1
+    assert np.dot(corner + 320 * dx + 240 * dy, camera.frame()[2]) == pytest.approx(1.0)
+
+
+def test_depth_runs_from_near_to_far() -> None:
+    camera = Camera((0, 0, 5), (0, 0, 0))
+    for z, depth in ((-0.1, 0.0), (-100.0, 1.0)):
+        clip = camera.clip_from_world(0.1, 100.0) @ [0, 0, 5 + z, 1]
+        assert clip[2] / clip[3] == pytest.approx(depth, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "bad", [{"position": (0, 1, 0)}, {"fov_deg": 180.0}, {"width": 0}, {"position": (float("nan"), 0, 0)}]
+)
+def test_impossible_cameras_are_refused(bad: dict) -> None:
+    with pytest.raises(RefletError):
+        Camera(**{"position": (0.0, 0.0, 5.0), "target": (0.0, 0.0, 0.0), **bad})
+
+
+@given(st.floats(-179, 179), st.floats(-80, 80), st.floats(0.1, 50))
+def test_point_of_inverts_the_orbit(azimuth: float, elevation: float, distance: float) -> None:
+    point = {"azimuth_deg": azimuth, "elevation_deg": elevation, "distance": distance}
+    back = BENCH.point_of(BENCH.camera(point))
+    for name, value in point.items():
+        assert back[name] == pytest.approx(value, abs=1e-6)
+
+
+def test_weights_are_one_at_a_sample_and_even_halfway() -> None:
+    assert ORBIT.blend_weights({"azimuth_deg": 62.0}) == {1: 1.0}
+    assert ORBIT.blend_weights({"azimuth_deg": 63.0}) == {1: 0.5, 2: 0.5}
+    assert ORBIT.blend_weights({"azimuth_deg": 63.0 - 360.0}) == {1: 0.5, 2: 0.5}
+    assert ORBIT.blend_weights({"azimuth_deg": 20.0}) == {0: 1.0}
+    assert ORBIT.blend_weights({"azimuth_deg": 100.0}) == {2: 1.0}
+
+
+@given(st.floats(-40, 60), st.floats(-400, 400))
+def test_weights_interpolate_in_two_dimensions(elevation: float, azimuth: float) -> None:
+    weights = GRID.blend_weights({"elevation_deg": elevation, "azimuth_deg": azimuth})
+    assert sum(weights.values()) == pytest.approx(1.0) and 1 <= len(weights) <= 4 and min(weights.values()) > 0
+    points = GRID.points()
+    mean = sum(w * points[i]["elevation_deg"] for i, w in weights.items())
+    assert mean == pytest.approx(np.clip(elevation, 10, 20))
+
+
+def test_samples_are_numbered_in_c_order() -> None:
+    assert GRID.shape == (2, 3) and GRID.sample_count == 6
+    assert GRID.points()[4] == {"elevation_deg": 20.0, "azimuth_deg": 5.0}
+    assert GRID.camera(4) == BENCH.camera({"elevation_deg": 20.0, "azimuth_deg": 5.0})
+
+
+def test_the_pattern_starts_with_webgpus_four_and_is_stratified() -> None:
+    np.testing.assert_array_equal(sample_positions(4) * 8, [[3, 1], [7, 3], [1, 5], [5, 7]])
+    np.testing.assert_array_equal(sample_positions(1), [[0.5, 0.5]])
+    cells = {(int(x * 4), int(y * 4)) for x, y in PATTERN}
+    assert len(cells) == 16
+    for axis in (0, 1):
+        assert len(set(PATTERN[:, axis])) == 16
+        assert PATTERN[:, axis].mean() == pytest.approx(0.5, abs=1 / 128)  # centred: at most 1/128 pixel off
+    apart = np.abs(PATTERN[:, None] - PATTERN[None])
+    apart = np.linalg.norm(np.minimum(apart, 1 - apart), axis=-1)[~np.eye(16, dtype=bool)]
+    assert apart.min() > 5.6 / 32
+    with pytest.raises(RefletError):
+        sample_positions(3)
