@@ -49,8 +49,8 @@ setup_python() {
         say "Python 3.11 or later is needed, and $python is not; set PYTHON to one that is."
         exit 2
     fi
-    have_library libLLVM || install "libLLVM (it compiles the ray tracer's kernels)" llvm-runtime
     have_vulkan_driver || install "a Vulkan driver" mesa-vulkan-drivers libvulkan1
+    have_library libLLVM || install "libLLVM (it compiles the ray tracer's kernels)" llvm-runtime
     "$python" -c 'import ensurepip, venv' 2>/dev/null || install "Python's venv" python3-venv
     [ -x .venv/bin/pip ] || "$python" -m venv --clear .venv
     say "installing Python packages into .venv"
