@@ -49,9 +49,12 @@ setup_python() {
         say "Python 3.11 or later is needed, and $python is not; set PYTHON to one that is."
         exit 2
     fi
-    have_vulkan_driver || install "a Vulkan driver" mesa-vulkan-drivers libvulkan1
-    have_library libLLVM || install "libLLVM (it compiles the ray tracer's kernels)" llvm-runtime
-    "$python" -c 'import ensurepip, venv' 2>/dev/null || install "Python's venv" python3-venv
+    missing=
+    have_vulkan_driver || missing="$missing mesa-vulkan-drivers libvulkan1"
+    have_library libLLVM || missing="$missing llvm-runtime"
+    have_library libatomic.so.1 || missing="$missing libatomic1"
+    "$python" -c 'import ensurepip, venv' 2>/dev/null || missing="$missing python3-venv"
+    [ -z "$missing" ] || install "a Vulkan driver, libLLVM, libatomic or Python's venv" $missing
     [ -x .venv/bin/pip ] || "$python" -m venv --clear .venv
     say "installing Python packages into .venv"
     .venv/bin/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
