@@ -1,0 +1,83 @@
+"""What a comparison hands on. Imports nothing heavy."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float32
+
+# Every method with the words that figures and tables use for it, in their order.
+METHODS = {
+    "layered": "layered PEM",
+    "distant-only": "distant layer alone",
+    "single-infinite": "single-layer PEM, infinite",
+    "single-sphere": "single-layer PEM, sphere",
+    "single-ellipsoid": "single-layer PEM, ellipsoid",
+    "single-box": "single-layer PEM, box",
+    "static-infinite": "static map, infinite",
+    "static-box": "static map, box",
+}
+PLACES = {
+    "sample": "at a sample",
+    "between": "between samples",
+    "above-10": "10° above",
+    "above-20": "20° above",
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one method scores at one place: display PSNR in dB, mean SSIM and mean FLIP over all views of the place.
+
+    ``where`` is one of `PLACES`, ``method`` one of `METHODS`; ``distance_factor`` is the camera's distance over the
+    baked one.
+    """
+
+    where: str
+    method: str
+    spacing_deg: float
+    elevation_deg: float
+    distance_factor: float
+    psnr_display: float
+    ssim: float
+    flip: float
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """The pictures of one view, cut out around the object: what a figure shows of a place.
+
+    ``reference`` and ``pictures`` (by method) are the object's radiance, ``coverage`` its share of each pixel.
+    """
+
+    where: str
+    azimuth_deg: float
+    elevation_deg: float
+    reference: Float32[np.ndarray, "height width 3"]
+    coverage: Float32[np.ndarray, "height width"]
+    pictures: dict[str, Float32[np.ndarray, "height width 3"]]
+
+    @property
+    def mask(self) -> Bool[np.ndarray, "height width"]:
+        """The pixels that measures count: those the object covers by more than half."""
+        return self.coverage > 0.5
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All results, one view of each place, and the circumstances (scene, adapter, samples, exposure, noise)."""
+
+    results: tuple[Result, ...]
+    exhibits: tuple[Exhibit, ...]
+    context: dict[str, Any]
+
+    def result(self, where: str, method: str) -> Result:
+        """The one result of a method at a place; KeyError if it was not measured."""
+        for result in self.results:
+            if (result.where, result.method) == (where, method):
+                return result
+        raise KeyError((where, method))
+
+    def as_json(self) -> dict[str, Any]:
+        """The circumstances and, under ``results``, one record for each place and method."""
+        return {**self.context, "results": [asdict(result) for result in self.results]}

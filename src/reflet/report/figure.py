@@ -1,0 +1,100 @@
+"""The comparison figure: methods side by side, places one under the other, the error under each picture."""
+
+from io import BytesIO
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit
+from reflet.report.measures import EXPOSURE, bounding_box, flip_map, tone_map
+
+COLUMNS = tuple(method for method in METHODS if method != "distant-only")
+BACKGROUND = 0.96  # display value behind the object
+ERROR_MAX = 0.5  # FLIP error at the top of the colour scale: such a pixel is plainly wrong
+ERROR_COLOURS = colormaps["magma"]
+INK, SOFT_INK = "#1d1d1f", "#6e6e73"
+WIDTH, TITLE, CAPTION = 10.0, 0.36, 0.27  # inches: the figure's width, the heights of column titles and captions
+
+Picture = Float[np.ndarray, "height width 3"]
+
+
+def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> bytes:
+    """The figure as a PNG, 2000 pixels wide, laid out to be read at half that width.
+
+    Columns are the ray-traced reference and the methods. For every place there is a row of pictures and a row of FLIP
+    error images, with display PSNR, SSIM and FLIP (over all views of the place) as captions.
+    """
+    exhibits = comparison.exhibits
+    columns = 1 + len(COLUMNS)
+    aspects = [exhibit.coverage.shape[0] / exhibit.coverage.shape[1] for exhibit in exhibits]
+    heights = [TITLE]
+    for aspect in aspects:
+        heights += [WIDTH / columns * aspect, WIDTH / columns * aspect, CAPTION]
+    figure = Figure(figsize=(WIDTH, sum(heights)), dpi=200, facecolor="white")
+    grid = figure.add_gridspec(
+        len(heights), columns, height_ratios=heights, left=0, right=1, bottom=0, top=1, hspace=0, wspace=0.02
+    )
+
+    def cell(row: int, column: int) -> Axes:
+        axes = figure.add_subplot(grid[row, column])
+        axes.set_axis_off()
+        return axes
+
+    _write(cell(0, 0), 0.5, "ray traced", size=7.6, weight="bold")
+    for column, method in enumerate(COLUMNS, start=1):
+        title = METHODS[method].replace(", ", "\n")
+        _write(cell(0, column), 0.5, title, size=7.6, weight="bold" if method == "layered" else "normal")
+    for place, exhibit in enumerate(exhibits):
+        row = 1 + 3 * place
+        cell(row, 0).imshow(_over_background(exhibit.reference, exhibit, exposure))
+        _describe(cell(row + 1, 0), exhibit)
+        results = [comparison.result(exhibit.where, method) for method in COLUMNS]
+        best = max(result.psnr_display for result in results)
+        for column, result in enumerate(results, start=1):
+            picture = exhibit.pictures[result.method]
+            cell(row, column).imshow(_over_background(picture, exhibit, exposure))
+            cell(row + 1, column).imshow(_error_image(picture, exhibit, exposure))
+            caption = cell(row + 2, column)
+            weight = "bold" if result.psnr_display == best else "normal"
+            _write(caption, 0.72, f"{result.psnr_display:.1f} dB", size=7.6, weight=weight)
+            _write(caption, 0.3, f"SSIM {result.ssim:.3f}   FLIP {result.flip:.3f}", size=5.2, color=SOFT_INK)
+    out = BytesIO()
+    # Without the library's version among the metadata, equal comparisons give equal files.
+    figure.savefig(out, format="png", metadata={"Software": None})
+    return out.getvalue()
+
+
+def _write(axes: Axes, y: float, text: str, *, size: float, weight: str = "normal", color: str = INK) -> None:
+    """One centred text at height ``y`` of an empty cell."""
+    axes.text(
+        0.5, y, text, ha="center", va="center", fontsize=size, fontweight=weight, color=color, transform=axes.transAxes
+    )
+
+
+def _describe(axes: Axes, exhibit: Exhibit) -> None:
+    """Names the place beside its error images, and shows their colour scale."""
+    _write(axes, 0.82, PLACES[exhibit.where], size=7.6, weight="bold")
+    _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:g}°", size=5.6, color=SOFT_INK)
+    _write(axes, 0.51, f"elevation {exhibit.elevation_deg:g}°", size=5.6, color=SOFT_INK)
+    scale = axes.inset_axes((0.18, 0.24, 0.64, 0.07))
+    scale.set_axis_off()
+    scale.imshow(np.linspace(0.0, 1.0, 256)[None], aspect="auto", cmap=ERROR_COLOURS)
+    _write(axes, 0.13, f"0     FLIP error     {ERROR_MAX:g}", size=5.2, color=SOFT_INK)
+
+
+def _over_background(radiance: Picture, exhibit: Exhibit, exposure: float) -> Picture:
+    """The object as a display shows it, before light grey."""
+    coverage = exhibit.coverage[..., None]
+    return coverage * tone_map(radiance, exposure) + (1.0 - coverage) * BACKGROUND
+
+
+def _error_image(radiance: Picture, exhibit: Exhibit, exposure: float) -> Picture:
+    """FLIP error on the object's pixels in colour, before light grey."""
+    rows, columns = bounding_box(exhibit.mask)
+    error = np.zeros(exhibit.mask.shape)
+    error[rows, columns] = flip_map(exhibit.reference, radiance, exhibit.mask, exposure)
+    colour = ERROR_COLOURS(np.clip(error / ERROR_MAX, 0.0, 1.0))[..., :3]
+    return np.where(exhibit.mask[..., None], colour, BACKGROUND)
