@@ -1,0 +1,56 @@
+// Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.layouts`.
+//
+//   binding  resource                         stages             contents
+//   0        uniform Frame, 528 bytes         vertex, fragment   camera, sub-sample table, blended samples, switches
+//   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
+//   2        storage array<vec4u>, read       vertex, fragment   triangles of all parts: three vertex numbers, TRIANGLE_* bits
+//   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
+//   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each
+//   5        texture_2d<f32> rgba16float      fragment           the HDR environment, lat-long, with mip levels (1x1 if none)
+//   6        filtering sampler                fragment           linear in all three; repeats in u, clamps in v
+//
+// Tangents have glTF's handedness in w. Frame's bytes (offset: member):
+//   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width
+//   112 ray_dy   124 height   128 sub_samples[16] (x, y, 0, 0)   384 blend[8] (weight, slot, 0, 0)   512 blend_count
+//   516 switches   520 padding
+
+struct Frame {
+  clip_from_world: mat4x4f,       // reversed depth, infinite far plane: 1 near, 0 infinitely far; drawn with "greater"
+  eye: vec3f,
+  lod_bias: f32,                  // added to the LOD of env maps
+  ray_corner: vec3f,              // the ray through pixel coordinates (x, y) is ray_corner + x ray_dx + y ray_dy
+  texture_lod_bias: f32,          // added to the LOD of picture textures: -log2(sub-samples a pixel)/2
+  ray_dx: vec3f,
+  width: f32,                     // of the picture in pixels
+  ray_dy: vec3f,
+  height: f32,
+  sub_samples: array<vec4f, 16>,  // positions from a pixel's top left corner, in pixels
+  blend: array<vec4f, 8>,         // blended samples of the parameter space: weight, slot in the cube arrays
+  blend_count: u32,
+  switches: u32,                  // SHOW_* and OBJECT_ONLY bits
+}
+
+const SHOW_DIFFUSE = 1u;
+const SHOW_FRESNEL = 2u;
+const SHOW_DISTANT = 4u;
+const SHOW_LOCAL = 8u;
+const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radiance and coverage; the rest hides, unseen
+
+const TRIANGLE_ON_HULL = 1u;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> vertices: array<vec4f>;
+@group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
+@group(0) @binding(3) var<storage, read> colour_grids: array<vec2u>;
+@group(0) @binding(4) var<storage, read> radiosity: array<f32>;
+@group(0) @binding(5) var environment: texture_2d<f32>;
+@group(0) @binding(6) var environment_sampler: sampler;
+
+fn switched_on(bit: u32) -> bool {
+  return (frame.switches & bit) != 0u;
+}
+
+// The view ray (not of unit length) through pixel coordinates `at`.
+fn view_ray(at: vec2f) -> vec3f {
+  return frame.ray_corner + at.x * frame.ray_dx + at.y * frame.ray_dy;
+}

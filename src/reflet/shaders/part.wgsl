@@ -1,0 +1,60 @@
+#import geometry
+
+// Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.layouts`.
+//
+//   binding  resource                                stages     contents
+//   0        uniform Part, 176 bytes                 fragment   geometries of its maps, material
+//   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
+//   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
+//   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
+//   4        texture_2d<f32> rgba8unorm-srgb         fragment   emission, with mip levels (1x1 white if none)
+//   5        filtering sampler                       fragment   base colour: linear, repeating or clamping
+//   6        filtering sampler                       fragment   emission: linear, repeating or clamping
+//   7        texture_cube_array<f32> rgba16float     fragment   distant maps, one resident sample a slot (1 black texel if none)
+//   8        texture_cube_array<f32> rgba16float     fragment   local maps, the same samples in the same slots
+//   9        filtering sampler                       fragment   maps: linear in all three, clamping
+//
+// Part's bytes: 0 distant.geometry   48 distant.size   52 distant.max_lod   64 local.geometry   112 local.size
+//   116 local.max_lod   128 base_color   140 metallic   144 emission   156 normal_scale   160 bits   164 padding
+
+struct Layer {
+  geometry: Geometry,
+  size: f32,      // texels along a face's edge at level 0
+  max_lod: f32,   // number of levels - 1
+}
+
+struct Part {
+  distant: Layer,
+  local: Layer,
+  base_color: vec3f,
+  metallic: f32,
+  emission: vec3f,
+  normal_scale: f32,
+  bits: u32,
+}
+
+const PART_REFLECTIVE = 1u;
+const PART_DOUBLE_SIDED = 2u;
+const PART_HAS_LOCAL = 4u;
+const PART_BASE_COLOR_TEXTURE = 8u;
+const PART_METALLIC_ROUGHNESS_TEXTURE = 16u;
+const PART_NORMAL_TEXTURE = 32u;
+const PART_EMISSION_TEXTURE = 64u;
+const PART_BASE_COLOR_CLAMPS = 128u;
+const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
+const PART_NORMAL_CLAMPS = 512u;
+
+@group(1) @binding(0) var<uniform> part: Part;
+@group(1) @binding(1) var base_color_texture: texture_2d<f32>;
+@group(1) @binding(2) var metallic_roughness_texture: texture_2d<f32>;
+@group(1) @binding(3) var normal_texture: texture_2d<f32>;
+@group(1) @binding(4) var emission_texture: texture_2d<f32>;
+@group(1) @binding(5) var base_color_sampler: sampler;
+@group(1) @binding(6) var emission_sampler: sampler;
+@group(1) @binding(7) var distant_maps: texture_cube_array<f32>;
+@group(1) @binding(8) var local_maps: texture_cube_array<f32>;
+@group(1) @binding(9) var map_sampler: sampler;
+
+fn part_is(bit: u32) -> bool {
+  return (part.bits & bit) != 0u;
+}
