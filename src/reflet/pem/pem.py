@@ -36,8 +36,9 @@ class ParameterizedEnvironmentMap:
 
     ``maps[sample][layer]`` is the env map of one layer at one sample, in the order of ``layers``; the sequence may read
     from disk when asked. ``on_hull`` flags the scene's triangles whose fronts lie on their object's convex hull: they
-    look up the distant layer only. The maps were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted by
-    ``lod_bias``, and are to be shown so.
+    look up the distant layer only. The maps were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted
+    by ``lod_bias``, and are to be shown so. ``static_maps``, where given, hold each object's static env map, seen from
+    the object's centre: the prior of inference, and what a viewer shows until the first sample has arrived.
     """
 
     scene: Scene
@@ -49,3 +50,4 @@ class ParameterizedEnvironmentMap:
     lod_bias: float
     sample_count: int
     statistics: dict[str, Any] = field(default_factory=dict)
+    static_maps: tuple[EnvMap, ...] = ()

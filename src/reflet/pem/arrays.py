@@ -1,0 +1,62 @@
+"""Arrays in binary files, described in JSON: ``{"uri", "byteOffset", "componentType", "shape"}``.
+
+Component types are glTF's numbers; data are little-endian and row-major, offsets multiples of four.
+"""
+
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Shaped
+
+from reflet.errors import RefletError
+from reflet.files.atomic import atomic_write
+
+UNSIGNED_BYTE, UNSIGNED_INT, FLOAT = 5121, 5125, 5126
+_DTYPES: dict[int, np.dtype[Any]] = {
+    UNSIGNED_BYTE: np.dtype("u1"),
+    UNSIGNED_INT: np.dtype("<u4"),
+    FLOAT: np.dtype("<f4"),
+}
+_COMPONENT_TYPES = {dtype: number for number, dtype in _DTYPES.items()}
+
+
+class BufferWriter:
+    """Collects arrays that `write` puts into one file."""
+
+    def __init__(self, uri: str) -> None:
+        self.uri = uri
+        self.length = 0
+        self._chunks: list[bytes] = []
+
+    def add(self, array: Shaped[np.ndarray, "..."]) -> dict[str, Any]:
+        """Append an array of uint8, uint32 or float32 and return its description."""
+        little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+        description = {
+            "uri": self.uri,
+            "byteOffset": self.length,
+            "componentType": _COMPONENT_TYPES[little.dtype],
+            "shape": list(little.shape),
+        }
+        data = little.tobytes()
+        self._chunks += [data, bytes(-len(data) % 4)]
+        self.length += len(data) + -len(data) % 4
+        return description
+
+    def write(self, folder: Path) -> None:
+        """Write the file, atomically."""
+        atomic_write(folder / self.uri, b"".join(self._chunks))
+
+
+def read_array(folder: Path, description: dict[str, Any]) -> Shaped[np.ndarray, "..."]:
+    """Read one described array. Raises RefletError where its file is missing or too short."""
+    path, shape = folder / description["uri"], description["shape"]
+    dtype = _DTYPES[description["componentType"]]
+    try:
+        flat = np.fromfile(path, dtype, prod(shape), offset=description["byteOffset"])
+    except OSError as error:
+        raise RefletError(f"{path} cannot be read: {error.strerror}.") from None
+    if flat.size != prod(shape):
+        raise RefletError(f"{path} is truncated or damaged; copy it again or bake it again with --resume.")
+    return flat.reshape(shape).astype(dtype.newbyteorder("="), copy=False)

@@ -1,0 +1,34 @@
+"""Names and versions of everything in a PEM's folder; FORMAT.md describes them."""
+
+import re
+
+EXTENSION = "REFLET_parameterized_environment_map"
+VERSION = 1
+
+SCENE = "scene.gltf"  # written last: a folder without it is an unfinished bake
+SCENE_BUFFER = "scene.bin"
+SURFACE_BUFFER = "surface.bin"  # irradiance and hull flags
+ENVIRONMENT_BUFFER = "environment.bin"
+PARAMETERS = "bake.json"
+STATE = "work"  # intermediate results of an unfinished bake
+SAMPLE = "sample.json"  # beside the maps of a sample, written after them: its statistics
+
+
+def sample_folder(sample: int) -> str:
+    """Folder of one sample's maps."""
+    return f"maps/{sample:04d}"
+
+
+def map_file(sample: int, layer: int, name: str) -> str:
+    """File of one layer at one sample; the layer's number keeps names apart that differ only in what URLs forbid."""
+    return f"{sample_folder(sample)}/{layer}-{slug(name)}.ktx2"
+
+
+def static_map_file(obj: int, name: str) -> str:
+    """File of one object's static map."""
+    return f"maps/static/{obj}-{slug(name)}.ktx2"
+
+
+def slug(name: str) -> str:
+    """A name with nothing in it that a URL or a file system could mind."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or "unnamed"

@@ -1,0 +1,138 @@
+"""Opens a PEM's folder. Its maps are read from disk each time they are asked for."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import KINDS, Geometry
+from reflet.errors import RefletError
+from reflet.files.ktx2 import read_ktx2
+from reflet.pem import layout
+from reflet.pem.arrays import read_array
+from reflet.pem.gltf_scene import read_parts
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.material import EnvironmentLight
+from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.scene import ReflectiveObject, Scene
+
+
+def open_pem(folder: str | Path) -> ParameterizedEnvironmentMap:
+    """Open a PEM that `PemWriter` wrote: its folder, or the ``scene.gltf`` in it.
+
+    Meshes and irradiance are read at once, maps when asked. Raises RefletError where the folder is missing, is no PEM
+    or an unfinished one, is of another version, or where a file is missing or damaged.
+    """
+    folder = Path(folder)
+    if folder.name == layout.SCENE:
+        folder = folder.parent
+    document = _read_document(folder)
+    extension = document["extensions"][layout.EXTENSION]
+    try:
+        return _assemble(folder, document, extension)
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise RefletError(f"{folder / layout.SCENE} is damaged ({error!r}); copy it again or bake again.") from None
+
+
+def _read_document(folder: Path) -> dict[str, Any]:
+    path = folder / layout.SCENE
+    if not path.exists():
+        if (folder / layout.PARAMETERS).exists():
+            raise RefletError(f"{folder} holds an unfinished bake; continue it with reflet bake … --resume.")
+        raise RefletError(f"{folder} is not a parameterized environment map: it holds no {layout.SCENE}.")
+    try:
+        document = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        raise RefletError(f"{path} is truncated or damaged; copy it again or bake again with --resume.") from None
+    extensions = document.get("extensions", {}) if isinstance(document, dict) else {}
+    if layout.EXTENSION not in extensions:
+        raise RefletError(f"{path} is a plain glTF file, not a parameterized environment map; bake it first.")
+    version = extensions[layout.EXTENSION].get("version")
+    if version != layout.VERSION:
+        raise RefletError(
+            f"{path} is of format version {version}, and this reflet reads version {layout.VERSION}; "
+            "use the release that wrote it, or bake again."
+        )
+    return document
+
+
+def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any]) -> ParameterizedEnvironmentMap:
+    environment = None
+    if "environment" in extension:
+        environment = EnvironmentLight(read_array(folder, extension["environment"]))
+    scene = Scene(
+        parts=read_parts(folder, document, set(extension["reflective"])),
+        objects=tuple(ReflectiveObject(item["name"], tuple(item["parts"])) for item in extension["objects"]),
+        environment=environment,
+    )
+    space = extension["parameterSpace"]
+    orbit = space["orbit"]
+    layers = tuple(
+        Layer(item["name"], item["kind"], tuple(item["parts"]), geometry_from_json(item["geometry"]), item["size"])
+        for item in extension["layers"]
+    )
+    return ParameterizedEnvironmentMap(
+        scene=scene,
+        irradiance=IrradianceMap(**{name: read_array(folder, at) for name, at in extension["irradiance"].items()}),
+        space=ParameterSpace(
+            axes=tuple(Axis(axis["name"], tuple(axis["values"])) for axis in space["axes"]),
+            orbit=Orbit(
+                target=tuple(orbit["target"]),
+                azimuth_deg=orbit["azimuthDeg"],
+                elevation_deg=orbit["elevationDeg"],
+                distance=orbit["distance"],
+                fov_deg=orbit["fovDeg"],
+                image_size=orbit["imageSize"],
+            ),
+        ),
+        layers=layers,
+        maps=_MapsOnDisk(folder, layers, tuple(tuple(sample["maps"]) for sample in extension["samples"])),
+        on_hull=read_array(folder, extension["onHull"]).astype(bool),
+        lod_bias=extension["lodBias"],
+        sample_count=extension["sampleCount"],
+        statistics=extension["statistics"],
+        static_maps=tuple(
+            _read_map(folder / item["uri"], geometry_from_json(item["geometry"]), channels=3)
+            for item in extension["staticMaps"]
+        ),
+    )
+
+
+def geometry_from_json(fields: dict[str, Any]) -> Geometry:
+    """The geometry that `geometry_to_json` described."""
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+    return KINDS[fields["kind"]](**{name: value for name, value in values.items() if name != "kind"})
+
+
+@dataclass(frozen=True)
+class _MapsOnDisk(Sequence[tuple[EnvMap, ...]]):
+    """The maps of all samples, none of them in memory."""
+
+    folder: Path
+    layers: tuple[Layer, ...]
+    files: tuple[tuple[str, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @overload
+    def __getitem__(self, index: int) -> tuple[EnvMap, ...]: ...
+    @overload
+    def __getitem__(self, index: slice) -> "_MapsOnDisk": ...
+    def __getitem__(self, index: int | slice) -> "tuple[EnvMap, ...] | _MapsOnDisk":
+        if isinstance(index, slice):
+            return _MapsOnDisk(self.folder, self.layers, self.files[index])
+        return tuple(
+            _read_map(self.folder / name, layer.geometry, channels=4 if layer.kind == "local" else 3)
+            for layer, name in zip(self.layers, self.files[index], strict=True)
+        )
+
+
+def _read_map(path: Path, geometry: Geometry, *, channels: int) -> EnvMap:
+    cube = read_ktx2(path)
+    return EnvMap(cube.chain, cube.texels()[:, :channels].astype(np.float32), geometry)

@@ -1,0 +1,233 @@
+"""Writes a PEM's folder, one sample at a time, so that a bake stopped at any moment can go on."""
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Shaped
+
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import Geometry
+from reflet.errors import RefletError
+from reflet.files.atomic import atomic_path, atomic_write
+from reflet.files.ktx2 import write_ktx2
+from reflet.pem import layout
+from reflet.pem.arrays import BufferWriter
+from reflet.pem.gltf_scene import write_scene
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.parameter_space import ParameterSpace
+from reflet.scene.scene import Scene
+
+
+class PemWriter:
+    """An unfinished PEM in a folder.
+
+    Call `write_sample` in any order, then `finish`. Every file appears whole or not at all, ``scene.gltf`` last. Equal
+    input gives equal bytes. Holds no map in memory.
+    """
+
+    def __init__(self, folder: str | Path, parameters: Mapping[str, Any], *, resume: bool = False) -> None:
+        """Begin a bake in a new or empty folder, or go on with the one that is there.
+
+        ``parameters`` (anything that JSON can say) are all that the maps depend on; they are kept in ``bake.json``.
+        Raises RefletError where the folder holds a bake and ``resume`` is false, where that bake's parameters differ,
+        where the folder holds something else, or cannot be written.
+        """
+        self.folder = Path(folder)
+        path = self.folder / layout.PARAMETERS
+        wanted = {"version": layout.VERSION, **parameters}
+        if path.exists():
+            if not resume:
+                raise RefletError(
+                    f"{self.folder} already holds a bake; continue it with --resume, or choose another folder."
+                )
+            _check_parameters(self.folder, _read_json(path), json.loads(_json(wanted)))
+            for leftover in self.folder.rglob(".*.tmp*"):  # of files that were being written when the bake was killed
+                leftover.unlink()
+            return
+        if self.folder.is_dir() and any(not item.name.startswith(".") for item in self.folder.iterdir()):
+            raise RefletError(f"{self.folder} holds files that are not a bake's; choose a new or empty folder.")
+        atomic_write(path, _json(wanted))
+
+    @property
+    def finished(self) -> bool:
+        """Whether ``scene.gltf`` is there: nothing is left to do."""
+        return (self.folder / layout.SCENE).exists()
+
+    def has(self, sample: int) -> bool:
+        """Whether all maps of a sample are written."""
+        return (self.folder / layout.sample_folder(sample) / layout.SAMPLE).exists()
+
+    def write_sample(
+        self,
+        sample: int,
+        layers: Sequence[Layer],
+        env_maps: Sequence[EnvMap],
+        statistics: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Write the maps of one sample, in the order of ``layers``, and what inference says of them."""
+        for number, (layer, env_map) in enumerate(zip(layers, env_maps, strict=True)):
+            write_ktx2(self.folder / layout.map_file(sample, number, layer.name), env_map.chain, env_map.texels)
+        atomic_write(self.folder / layout.sample_folder(sample) / layout.SAMPLE, _json(statistics or {}))
+
+    def save_state(self, name: str, **arrays: Shaped[np.ndarray, "..."]) -> None:
+        """Keep intermediate arrays until the bake is finished, under a name of the caller's."""
+        with atomic_path(self.folder / layout.STATE / f"{name}.npz") as path, path.open("wb") as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
+
+    def load_state(self, name: str) -> dict[str, Shaped[np.ndarray, "..."]] | None:
+        """The arrays that `save_state` kept, or None."""
+        path = self.folder / layout.STATE / f"{name}.npz"
+        if not path.exists():
+            return None
+        with np.load(path) as file:
+            return dict(file)
+
+    def finish(
+        self,
+        *,
+        scene: Scene,
+        irradiance: IrradianceMap,
+        space: ParameterSpace,
+        layers: Sequence[Layer],
+        on_hull: Bool[np.ndarray, "triangles"],
+        lod_bias: float,
+        sample_count: int,
+        statistics: Mapping[str, Any] | None = None,
+        static_maps: Sequence[EnvMap] = (),
+    ) -> None:
+        """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
+
+        The samples' own statistics are gathered under ``statistics["samples"]``. Raises RefletError where maps of a
+        sample are missing.
+        """
+        missing = [sample for sample in range(space.sample_count) if not self.has(sample)]
+        if missing:
+            raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; continue the bake with --resume.")
+        for obj, env_map in enumerate(static_maps):
+            path = self.folder / layout.static_map_file(obj, scene.objects[obj].name)
+            write_ktx2(path, env_map.chain, env_map.texels)
+        surface = BufferWriter(layout.SURFACE_BUFFER)
+        extension: dict[str, Any] = {
+            "version": layout.VERSION,
+            "objects": [{"name": item.name, "parts": list(item.parts)} for item in scene.objects],
+            "reflective": [number for number, part in enumerate(scene.parts) if part.reflective],
+            "parameterSpace": {
+                "axes": [{"name": axis.name, "values": list(axis.values)} for axis in space.axes],
+                "orbit": {
+                    "target": list(space.orbit.target),
+                    "azimuthDeg": space.orbit.azimuth_deg,
+                    "elevationDeg": space.orbit.elevation_deg,
+                    "distance": space.orbit.distance,
+                    "fovDeg": space.orbit.fov_deg,
+                    "imageSize": space.orbit.image_size,
+                },
+            },
+            "lodBias": lod_bias,
+            "sampleCount": sample_count,
+            "layers": [
+                {
+                    "name": layer.name,
+                    "kind": layer.kind,
+                    "parts": list(layer.parts),
+                    "size": layer.size,
+                    "geometry": geometry_to_json(layer.geometry),
+                }
+                for layer in layers
+            ],
+            "samples": [
+                {"maps": [layout.map_file(sample, number, layer.name) for number, layer in enumerate(layers)]}
+                for sample in range(space.sample_count)
+            ],
+            "staticMaps": [
+                {
+                    "uri": layout.static_map_file(obj, scene.objects[obj].name),
+                    "geometry": geometry_to_json(env_map.geometry),
+                }
+                for obj, env_map in enumerate(static_maps)
+            ],
+            "irradiance": {
+                "resolution": surface.add(irradiance.resolution),
+                "offset": surface.add(irradiance.offset),
+                "radiosity": surface.add(irradiance.radiosity),
+            },
+            "onHull": surface.add(on_hull.astype(np.uint8)),
+            "statistics": {
+                **(statistics or {}),
+                "samples": [
+                    _read_json(self.folder / layout.sample_folder(sample) / layout.SAMPLE)
+                    for sample in range(space.sample_count)
+                ],
+            },
+        }
+        surface.write(self.folder)
+        if scene.environment is not None:
+            environment = BufferWriter(layout.ENVIRONMENT_BUFFER)
+            extension["environment"] = environment.add(scene.environment.radiance)
+            environment.write(self.folder)
+        document = write_scene(self.folder, scene)
+        document["extensionsUsed"] = [*document.get("extensionsUsed", []), layout.EXTENSION]
+        document["extensions"] = {layout.EXTENSION: extension}
+        atomic_write(self.folder / layout.SCENE, _json(document))
+        shutil.rmtree(self.folder / layout.STATE, ignore_errors=True)
+
+
+def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap) -> None:
+    """Write a whole PEM into a new or empty folder."""
+    writer = PemWriter(folder, {})
+    own = pem.statistics.get("samples", [{}] * len(pem.maps))
+    for sample, env_maps in enumerate(pem.maps):
+        writer.write_sample(sample, pem.layers, env_maps, own[sample])
+    writer.finish(
+        scene=pem.scene,
+        irradiance=pem.irradiance,
+        space=pem.space,
+        layers=pem.layers,
+        on_hull=pem.on_hull,
+        lod_bias=pem.lod_bias,
+        sample_count=pem.sample_count,
+        statistics={name: value for name, value in pem.statistics.items() if name != "samples"},
+        static_maps=pem.static_maps,
+    )
+
+
+def geometry_to_json(geometry: Geometry) -> dict[str, Any]:
+    """A geometry's kind and fields."""
+    fields = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(geometry).items()}
+    return {"kind": geometry.kind, **fields}
+
+
+def _check_parameters(folder: Path, begun: dict[str, Any], wanted: dict[str, Any]) -> None:
+    for name in sorted({*begun, *wanted}):
+        if begun.get(name) != wanted.get(name):
+            raise RefletError(
+                f"{folder} was begun with {name} {_brief(begun.get(name))}, not {_brief(wanted.get(name))}; "
+                "resume with the same parameters or choose another folder."
+            )
+
+
+def _brief(value: Any) -> str:
+    text = "unset" if value is None else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _json(value: Any) -> bytes:
+    return (json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n").encode()
+
+
+def _plain(value: Any) -> Any:
+    """What JSON does not know: NumPy's scalars and arrays."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        raise RefletError(f"{path} is missing or damaged; delete it and bake again with --resume.") from None

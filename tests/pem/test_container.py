@@ -1,0 +1,212 @@
+"""A PEM's folder: it comes back as it was, opens elsewhere, survives being killed, refuses what it does not know."""
+
+import json
+from dataclasses import fields, is_dataclass
+
+import numpy as np
+import pytest
+from small_pem import small_pem
+
+from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
+from reflet.errors import RefletError
+from reflet.files.ktx2 import HALF_MAX
+from reflet.pem.container import PemWriter, open_pem, save_pem
+from reflet.pem.reader import geometry_from_json
+from reflet.pem.writer import geometry_to_json
+
+EXTENSION = "REFLET_parameterized_environment_map"
+
+
+@pytest.fixture(scope="module")
+def pem():
+    return small_pem()
+
+
+@pytest.fixture
+def folder(tmp_path, pem):
+    save_pem(tmp_path / "pem", pem)
+    return tmp_path / "pem"
+
+
+def same(a, b) -> bool:
+    """Exact equality through records, tuples and arrays."""
+    if is_dataclass(a):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and np.array_equal(a, b)
+    return bool(a == b)
+
+
+@pytest.mark.parametrize("with_environment", [True, False])
+def test_everything_comes_back(tmp_path, with_environment):
+    pem = small_pem(with_environment=with_environment)
+    save_pem(tmp_path / "pem", pem)
+    back = open_pem(tmp_path / "pem")
+    for name in ("scene", "irradiance", "space", "layers", "on_hull", "lod_bias", "sample_count", "statistics"):
+        assert same(getattr(pem, name), getattr(back, name)), name
+
+
+def test_maps_come_back_to_half_precision(folder, pem):
+    back = open_pem(folder)
+    assert len(back.maps) == len(pem.maps)
+    for ours, theirs in zip([*pem.maps, pem.static_maps], [*back.maps, back.static_maps], strict=True):
+        for a, b in zip(ours, theirs, strict=True):
+            assert (a.chain, a.geometry) == (b.chain, b.geometry)
+            np.testing.assert_array_equal(a.texels.astype(np.float16).astype(np.float32), b.texels)
+
+
+def test_maps_are_a_sequence(folder):
+    maps = open_pem(folder).maps
+    assert same(maps[-1], maps[len(maps) - 1])
+    assert same(tuple(maps[1:]), (maps[1], maps[2]))
+    with pytest.raises(IndexError):
+        maps[3]
+
+
+def test_opens_by_the_name_of_its_scene(folder):
+    assert same(open_pem(folder / "scene.gltf").scene, open_pem(folder).scene)
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        InfiniteSphere(),
+        Sphere((0.0, 1.0, 0.0), (2.0, 2.0, 2.0), (0.1, 0.2, 0.3)),
+        Ellipsoid((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), (0.1, 0.2, 0.3)),
+        Box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0), (0.1, 0.2, 0.3)),
+        Hemisphere((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), -0.5, (0.1, 0.2, 0.3)),
+    ],
+)
+def test_geometries_come_back(geometry):
+    assert geometry_from_json(json.loads(json.dumps(geometry_to_json(geometry)))) == geometry
+
+
+def test_equal_pems_give_equal_folders(tmp_path, folder):
+    save_pem(tmp_path / "again", small_pem())
+    files = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    assert files == sorted(p.relative_to(tmp_path / "again") for p in (tmp_path / "again").rglob("*") if p.is_file())
+    assert all((folder / file).read_bytes() == (tmp_path / "again" / file).read_bytes() for file in files)
+
+
+def test_other_programs_read_the_scene(folder, pem):
+    """trimesh knows nothing of us: it finds the same triangles in the same places."""
+    trimesh = pytest.importorskip("trimesh")
+    seen = trimesh.load(folder / "scene.gltf", process=False)
+    for part in pem.scene.parts:
+        mesh = seen.geometry[part.name]
+        np.testing.assert_array_equal(mesh.vertices.astype(np.float32), part.mesh.positions)
+        np.testing.assert_array_equal(mesh.faces, part.mesh.triangles)
+
+
+def test_very_bright_maps_are_clamped_not_infinite(tmp_path, pem):
+    bright = pem.maps[0][0].texels.copy()
+    bright[5] = 1e9
+    writer = PemWriter(tmp_path / "pem", {})
+    maps = (type(pem.maps[0][0])(pem.maps[0][0].chain, bright, pem.maps[0][0].geometry), *pem.maps[0][1:])
+    writer.write_sample(0, pem.layers, maps)
+    finish(writer, small_pem(views=1))
+    assert (open_pem(tmp_path / "pem").maps[0][0].texels[5] == HALF_MAX).all()
+
+
+def finish(writer, pem):
+    writer.finish(
+        scene=pem.scene,
+        irradiance=pem.irradiance,
+        space=pem.space,
+        layers=pem.layers,
+        on_hull=pem.on_hull,
+        lod_bias=pem.lod_bias,
+        sample_count=pem.sample_count,
+    )
+
+
+def test_a_bake_goes_on_where_it_was_stopped(tmp_path, pem):
+    folder, parameters = tmp_path / "pem", {"em_size": 16, "target": (0.0, 0.1, 0.0)}
+    writer = PemWriter(folder, parameters)
+    writer.write_sample(1, pem.layers, pem.maps[1], {"iterations": 5})
+    writer.save_state("irradiance", radiosity=pem.irradiance.radiosity)
+    first = (folder / "maps/0001/0-balls.ktx2").read_bytes()
+    (folder / "maps/0001/.0-balls.abc.tmp.ktx2").write_bytes(b"half a fi")  # what a killed writer leaves behind
+    with pytest.raises(RefletError, match="unfinished bake"):
+        open_pem(folder)
+
+    again = PemWriter(folder, parameters, resume=True)
+    assert [again.has(sample) for sample in range(3)] == [False, True, False]
+    assert not again.finished
+    np.testing.assert_array_equal(again.load_state("irradiance")["radiosity"], pem.irradiance.radiosity)
+    assert again.load_state("probes") is None
+    with pytest.raises(RefletError, match="lacks the maps of sample 0"):
+        finish(again, pem)
+    for sample in (0, 2):
+        again.write_sample(sample, pem.layers, pem.maps[sample])
+    finish(again, pem)
+    assert again.finished
+    assert (folder / "maps/0001/0-balls.ktx2").read_bytes() == first
+    assert open_pem(folder).statistics == {"samples": [{}, {"iterations": 5}, {}]}
+    assert not list(folder.rglob(".*")) and not (folder / "work").exists()
+
+
+def test_a_sample_half_written_is_no_sample(tmp_path, pem):
+    """Killed between two maps of a sample: the sample counts as missing."""
+    writer = PemWriter(tmp_path / "pem", {})
+    with pytest.raises(RefletError):
+        bad = type(pem.maps[0][2])(pem.maps[0][2].chain, pem.maps[0][2].texels * np.nan, pem.maps[0][2].geometry)
+        writer.write_sample(0, pem.layers, (*pem.maps[0][:2], bad))
+    assert (tmp_path / "pem/maps/0000/1-ball.ktx2").exists()
+    assert not writer.has(0)
+
+
+def test_other_parameters_are_refused(tmp_path):
+    PemWriter(tmp_path / "pem", {"em_size": 256, "spp": 64})
+    with pytest.raises(RefletError, match="begun with em_size 256, not 128"):
+        PemWriter(tmp_path / "pem", {"em_size": 128, "spp": 64}, resume=True)
+    with pytest.raises(RefletError, match="already holds a bake"):
+        PemWriter(tmp_path / "pem", {"em_size": 256, "spp": 64})
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("dear")
+    with pytest.raises(RefletError, match="not a bake's"):
+        PemWriter(tmp_path, {})
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def _edit(folder, change):
+    document = json.loads((folder / "scene.gltf").read_text())
+    change(document)
+    (folder / "scene.gltf").write_text(json.dumps(document))
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda f: (f / "scene.gltf").write_text((f / "scene.gltf").read_text()[:-9]), "truncated or damaged"),
+        (lambda f: (f / "scene.bin").write_bytes(b"0" * 100), "truncated or damaged"),
+        (lambda f: (f / "surface.bin").unlink(), "cannot be read"),
+        (lambda f: (f / "textures/0.png").write_bytes(b"\x89PNG"), "missing or damaged"),
+        (lambda f: (f / "maps/static/0-balls.ktx2").unlink(), "cannot be read"),
+        (lambda f: _edit(f, lambda d: d["extensions"].pop(EXTENSION)), "plain glTF"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].update(version=99)), "version 99"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].pop("layers")), "damaged"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION]["layers"][0]["geometry"].pop("lower")), "damaged"),
+    ],
+)
+def test_damage_is_one_sentence(folder, damage, said):
+    damage(folder)
+    with pytest.raises(RefletError, match=said):
+        open_pem(folder)
+
+
+def test_a_missing_map_is_one_sentence_when_it_is_asked_for(folder):
+    maps = open_pem(folder).maps
+    (folder / "maps/0001/1-ball.ktx2").unlink()
+    assert len(maps[0]) == 3
+    with pytest.raises(RefletError, match=r"1-ball\.ktx2 cannot be read"):
+        maps[1]
+
+
+def test_a_folder_without_a_pem_is_one_sentence(tmp_path):
+    with pytest.raises(RefletError, match=r"holds no scene\.gltf"):
+        open_pem(tmp_path / "nowhere")
