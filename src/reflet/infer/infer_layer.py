@@ -1,0 +1,84 @@
+"""From a traced layer to its env map."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from reflet.envmap.geometry import Geometry
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.infer.records import Solution
+from reflet.infer.rendering_matrix import rendering_matrix
+from reflet.infer.solve import SolverSettings, solve
+from reflet.scene.gbuffer import GBuffer
+from reflet.trace.layers import SegmentedLayers
+
+Kind = Literal["distant", "local", "combined"]
+
+
+def infer_layer(
+    kind: Kind,
+    gbuffer: GBuffer,
+    layers: SegmentedLayers,
+    parts: Sequence[int],
+    geometry: Geometry,
+    chain: CubeMipChain,
+    lod_bias: float,
+    *,
+    prior: Float[np.ndarray, "texels channels"] | None = None,
+    on_hull: Bool[np.ndarray, "triangles"] | None = None,
+    settings: SolverSettings = SolverSettings(),  # noqa: B008 (frozen)
+) -> Solution:
+    """The env map of ``geometry`` that shows one traced layer of some parts best, at the layers' viewpoint.
+
+    Implements [Hakura01, sec. 4, "EM Inference"]. ``distant`` and ``local`` are the two layers of a layered PEM,
+    ``combined`` is all incident radiance, L + (1 - alpha)·D, for a PEM of one layer. A local map has four channels,
+    premultiplied radiance and alpha; triangles of ``on_hull`` do not look it up. ``gbuffer`` and ``layers`` may come
+    from different sub-samples: rows are matched by pixel and part. Texels that no sample sees keep ``prior`` (zero if
+    none is given), changed as their coarser neighbourhood was.
+    """
+    channels = 4 if kind == "local" else 3
+    if prior is None:
+        prior = np.zeros((chain.texel_count, channels), np.float32)
+    select = np.isin(gbuffer.row_part, parts)[gbuffer.row_of_sample]
+    if kind == "local" and on_hull is not None:
+        select &= ~on_hull[gbuffer.triangle]
+    matrix = rendering_matrix(gbuffer, chain, geometry, lod_bias, select)
+    target, weights = np.zeros((len(gbuffer.row_pixel), channels)), np.zeros((len(gbuffer.row_pixel), channels))
+    rows, traced = _common_rows(gbuffer, layers)
+    target[rows] = _target(kind, layers)[traced]
+    weights[rows] = _row_weights(kind, layers)[traced]
+    weights[np.diff(matrix.starts) == 0] = 0.0
+    seen = weights.any(1)
+    if seen.any():
+        weights /= weights[seen].mean()
+    brightest = float(max(target[seen, :3].max(initial=0.0), prior[:, :3].max(initial=0.0)))
+    upper = np.array([brightest] * 3 + [1.0] * (channels - 3))
+    return solve(matrix, target, weights, prior, upper, chain, settings)
+
+
+def _common_rows(gbuffer: GBuffer, layers: SegmentedLayers) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the rows that both have, in the G-buffer and in the layers."""
+    parts = 1 + max(gbuffer.row_part.max(initial=0), layers.part.max(initial=0))
+    ours = gbuffer.row_pixel.astype(np.int64) * parts + gbuffer.row_part
+    theirs = layers.pixel.astype(np.int64) * parts + layers.part
+    _, rows, traced = np.intersect1d(ours, theirs, assume_unique=True, return_indices=True)
+    return rows, traced
+
+
+def _target(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows channels"]:
+    match kind:
+        case "distant":
+            return layers.distant
+        case "local":
+            return np.concatenate([layers.local, layers.alpha[:, None]], 1)
+        case "combined":
+            return layers.local + (1.0 - layers.alpha[:, None]) * layers.distant
+
+
+def _row_weights(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows channels"]:
+    """Coverage/(1 + b)² with b the row's brightest channel: bright lights are clipped by the eye and ring otherwise."""
+    target = _target(kind, layers)
+    weight = layers.coverage / (1.0 + target[:, :3].max(1)) ** 2
+    return np.repeat(weight[:, None], target.shape[1], 1)

@@ -1,0 +1,128 @@
+"""What texels should be where no sample says so: the prior, changed smoothly across mip levels.
+
+With d = x - prior, the penalty is ‖G·d‖² where (G·d) at level l is d at level l minus the seamless bilinear
+prolongation U of d at level l + 1: a texel that no sample sees takes over the change of its coarser neighbourhood,
+and a texel whose whole neighbourhood is unseen keeps its prior. The regularization of [Hakura01, sec. 4], which fills
+texels "smoothly from defined neighbors", with the neighbours taken from the mip chain.
+
+G·d and its transpose are applied as stencils, face by face; nothing is stored but the index table of the texture
+filter. U's weights are products of (1/4, 3/4).
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit, prange
+
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.texture_filter import padded_index_table
+
+
+def penalty_gradient(
+    chain: CubeMipChain, d: Float[np.ndarray, "channels texels"]
+) -> Float[np.ndarray, "channels texels"]:
+    """Gᵀ·G·d: half the gradient of the penalty, in float32. Scratch memory: twice the size of ``d``."""
+    table, starts = padded_index_table(chain)
+    offsets, sizes = np.array(chain.offsets), np.array(chain.level_sizes)
+    out, detail = np.empty_like(d), np.empty_like(d)
+    padded = np.zeros((d.shape[0], len(table)), np.float32)
+    _details(d, detail, padded, table, starts, offsets, sizes)
+    _gather(detail, out, padded, starts, offsets, sizes)
+    _fold_borders(out, padded, table, starts, offsets, sizes)
+    return out
+
+
+def penalty_diagonal(chain: CubeMipChain) -> Float[np.ndarray, "texels"]:
+    """Diagonal of Gᵀ·G, taking borders for interior: 1 from the level's own detail, and (2·(1/16 + 9/16))² from the
+    sixteen texels that the next finer level prolongs from it."""
+    diagonal = np.full(chain.texel_count, 1.0 + 1.25**2, np.float32)
+    diagonal[: chain.offsets[1]] = 1.0
+    diagonal[chain.offsets[-2] :] -= 1.0
+    return diagonal
+
+
+@njit(parallel=True, cache=True)
+def _details(d, detail, padded, table, starts, offsets, sizes):  # type: ignore[no-untyped-def]
+    """detail = G·d; the coarsest level has none."""
+    quarter, three = np.float32(0.25), np.float32(0.75)
+    for task in prange(6 * d.shape[0]):
+        c, face = task // 6, task % 6
+        for level in range(len(sizes) - 1):
+            n, m = sizes[level], sizes[level + 1]
+            width = m + 2
+            base = starts[level + 1] + face * width * width
+            coarse = padded[c, base : base + width * width].reshape(width, width)
+            for j in range(width):
+                for i in range(width):
+                    index = table[base + j * width + i]
+                    if index >= 0:
+                        coarse[j, i] = d[c, index]
+            for j, jn in ((0, 1), (m + 1, m)):
+                for i, i_n in ((0, 1), (m + 1, m)):
+                    coarse[j, i] = (coarse[jn, i_n] + coarse[j, i_n] + coarse[jn, i]) / np.float32(3.0)
+            line = np.empty(width, np.float32)
+            at = offsets[level] + face * n * n
+            for y in range(n):
+                j, beside = y // 2 + 1, y // 2 + (2 if y % 2 else 0)
+                for i in range(width):
+                    line[i] = three * coarse[j, i] + quarter * coarse[beside, i]
+                for x in range(m):
+                    k = at + y * n + 2 * x
+                    detail[c, k] = d[c, k] - (three * line[x + 1] + quarter * line[x])
+                    detail[c, k + 1] = d[c, k + 1] - (three * line[x + 1] + quarter * line[x + 2])
+        last = offsets[len(sizes) - 1] + face
+        detail[c, last] = 0.0
+
+
+@njit(parallel=True, cache=True)
+def _gather(detail, out, padded, starts, offsets, sizes):  # type: ignore[no-untyped-def]
+    """out = detail - Uᵀ·detail inside the faces; what falls on their padding stays in ``padded``."""
+    quarter, three = np.float32(0.25), np.float32(0.75)
+    for task in prange(6 * out.shape[0]):
+        c, face = task // 6, task % 6
+        first = face * sizes[0] * sizes[0]
+        for k in range(first, first + sizes[0] * sizes[0]):
+            out[c, k] = detail[c, k]
+        for level in range(len(sizes) - 1):
+            n, m = sizes[level], sizes[level + 1]
+            width = m + 2
+            base = starts[level + 1] + face * width * width
+            total = padded[c, base : base + width * width].reshape(width, width)
+            total[:] = 0.0
+            line = np.empty(width, np.float32)
+            at = offsets[level] + face * n * n
+            for y in range(n):
+                line[:] = 0.0
+                for x in range(m):
+                    left, right = detail[c, at + y * n + 2 * x], detail[c, at + y * n + 2 * x + 1]
+                    line[x] += quarter * left
+                    line[x + 1] += three * (left + right)
+                    line[x + 2] += quarter * right
+                j, beside = y // 2 + 1, y // 2 + (2 if y % 2 else 0)
+                for i in range(width):
+                    total[j, i] += three * line[i]
+                    total[beside, i] += quarter * line[i]
+            at = offsets[level + 1] + face * m * m
+            for y in range(m):
+                for x in range(m):
+                    out[c, at + y * m + x] = detail[c, at + y * m + x] - total[y + 1, x + 1]
+
+
+@njit(parallel=True, cache=True)
+def _fold_borders(out, padded, table, starts, offsets, sizes):  # type: ignore[no-untyped-def]
+    """Takes from the texels across the edges what the faces' padding gathered for them."""
+    for c in prange(out.shape[0]):
+        for level in range(1, len(sizes)):
+            m = sizes[level]
+            width = m + 2
+            for face in range(6):
+                base = starts[level] + face * width * width
+                for j in range(width):
+                    step = 1 if j in (0, m + 1) else m + 1
+                    for i in range(0, width, step):
+                        index, value = table[base + j * width + i], padded[c, base + j * width + i]
+                        if index >= 0:
+                            out[c, index] -= value
+                        else:
+                            jn, i_n = min(max(j, 1), m), min(max(i, 1), m)
+                            for a, b in ((jn, i_n), (j, i_n), (jn, i)):
+                                out[c, table[base + a * width + b]] -= value / np.float32(3.0)
