@@ -51,7 +51,7 @@ def _check(path: str | os.PathLike[str], image: LatLong) -> None:
 def latlong_from_openexr(image: LatLong) -> LatLong:
     """Resamples OpenEXR's lat-long layout (its ImfEnvmap.h) bilinearly to the project's.
 
-    There, pixel centres at column c and row r of a W×H picture see longitude atan2(x, z) = π - 2π·c/(W - 1) and latitude
+    There, column c and row r of a W×H picture see longitude atan2(x, z) = π - 2π·c/(W - 1) and latitude
     π/2 - π·r/(H - 1): the corners are samples, and the first and last column coincide. With φ = atan2(z, x) = π/2 -
     longitude this is c/(W - 1) = 1/4 + φ/2π = u - 1/4 and r/(H - 1) = v: a quarter turn, not a mirror image.
     """

@@ -36,7 +36,7 @@ def read_hdr(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width 
     if not width * height or _decode(body, rgbe) != height:
         raise RefletError(f"{path} is truncated or damaged; copy or download it again.")
     exposure = np.prod([float(e) for e in re.findall(rb"\nEXPOSURE= *([0-9.eE+-]+)", header["text"])] or [1.0])
-    # radiance = (mantissa + 1/2)·2^(exponent - 136) in Ward's text; readers in use (three.js, OpenCV, stb) omit the half
+    # mantissa·2^(exponent - 136); Ward adds 1/2 to the mantissa, the readers in use (three.js, OpenCV, stb) do not
     scale = np.where(rgbe[..., 3] > 0, np.exp2(rgbe[..., 3].astype(np.float32) - 136.0), 0.0) / exposure
     image = (rgbe[..., :3] * scale[..., None]).astype(np.float32)
     image = image[::-1] if header["y"] == b"+" else image

@@ -1,6 +1,8 @@
-"""PNG pictures for the eye: 8 bits a channel, sRGB."""
+"""8-bit pictures: PNG for the eye, and whatever textures come as."""
 
+import io
 import os
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import UInt8
@@ -16,12 +18,25 @@ def write_png(path: str | os.PathLike[str], image_srgb: UInt8[np.ndarray, "heigh
         Image.fromarray(np.ascontiguousarray(image_srgb)).save(temporary, format="PNG")
 
 
-def read_png(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height width 4"]:
-    """The 8-bit RGBA pixels of a PNG, JPEG or WebP file. Raises RefletError for anything else."""
+def decode_picture(data: bytes, name: str) -> UInt8[np.ndarray, "height width 4"]:
+    """RGBA pixels of an encoded PNG, JPEG or WebP picture; 16-bit ones are rounded to 8.
+
+    Raises RefletError, calling the picture ``name``, where it cannot be decoded.
+    """
     try:
-        with Image.open(path) as image:
+        with Image.open(io.BytesIO(data)) as image:
+            if image.mode.startswith("I"):  # 16-bit grey: Pillow's own conversion would clip, not scale
+                grey = np.rint(np.asarray(image, dtype=np.float64) / 257.0).astype(np.uint8)
+                return np.dstack([grey, grey, grey, np.full_like(grey, 255)])
             return np.asarray(image.convert("RGBA"))
-    except FileNotFoundError:
-        raise RefletError(f"{path} does not exist; check the name.") from None
-    except (OSError, SyntaxError, ValueError) as error:
-        raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise RefletError(f"{name} is not a readable picture ({error}); export it again as PNG.") from error
+
+
+def read_picture(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height width 4"]:
+    """RGBA pixels of a PNG, JPEG or WebP file. Raises RefletError where it is missing or cannot be decoded."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+    return decode_picture(data, str(path))

@@ -39,6 +39,10 @@ class Material:
     emission_texture_srgb: Texture | None = None
 
 
+MIRROR = Material(name="mirror", base_color=(0.65, 0.65, 0.65), metallic=1.0, perceptual_roughness=0.0)
+"""What a mesh with no material is made of."""
+
+
 @dataclass(frozen=True)
 class EnvironmentLight:
     """A lat-long picture of infinitely distant radiance, in the project's convention: +x in the middle,

@@ -1,0 +1,151 @@
+"""From parts as a file holds them to a scene that can be baked: checked, named, told apart."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from reflet.errors import RefletError, RefletWarning
+from reflet.scene.corners import face_normals
+from reflet.scene.material import EnvironmentLight
+from reflet.scene.mesh import Mesh
+from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surface_mean import surface_mean
+from reflet.scene.touching import touch
+
+MIRROR_ROUGHNESS = 0.3
+"""Metals up to this perceptual roughness reflect by default."""
+
+TOUCHING = 0.04
+"""Parts that come closer than this share of the smaller one's diagonal form one object. A lid lies loosely in its rim
+(the Newell teapot's leaves 2.4 % of the lid's diagonal), and mirrors so close show each other more than all else."""
+
+
+def assemble(
+    parts: Sequence[Part], *, environment: EnvironmentLight | None = None, reflect: Sequence[str] = ()
+) -> Scene:
+    """The scene these parts make.
+
+    Parts reflect if they are metallic (mean over the surface at least 1/2) and smooth (mean perceptual roughness at
+    most 0.3), or are named in ``reflect``: case does not count, ``*`` matches anything. Whatever their roughness they
+    become mirrors, with a RefletWarning where it is not 0. Parts that touch form one object. Names are made unique by
+    _2, _3…; zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
+
+    Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
+    nothing, scenes where nothing reflects, and scenes without any light.
+    """
+    checked = [p for p in (_checked(part) for part in parts) if p is not None]
+    if not checked:
+        raise RefletError("The scene holds no triangles; export it with its meshes.")
+    named = _uniquely_named(checked)
+    chosen = _chosen(named, reflect)
+    finished = tuple(replace(part, reflective=p in chosen) for p, part in enumerate(named))
+    if environment is None and not any(_emits(part) for part in finished):
+        raise RefletError("Nothing in the scene gives light; add --environment FILE.hdr or an emissive material.")
+    return Scene(finished, _objects(finished), environment)
+
+
+def _checked(part: Part) -> Part | None:
+    mesh = part.mesh
+    for what, array in (("positions", mesh.positions), ("normals", mesh.normals), ("texture coordinates", mesh.uv),
+                        ("tangents", mesh.tangents)):  # fmt: skip
+        if array is not None and not np.isfinite(array).all():
+            raise RefletError(f"Part {part.name} has {what} that are not finite numbers (NaN or infinite); repair it.")
+    if not len(mesh.triangles):
+        return None
+    if mesh.triangles.max() >= len(mesh.positions):
+        raise RefletError(
+            f"Part {part.name} refers to vertex {mesh.triangles.max()} of {len(mesh.positions)}; export it again."
+        )
+    corners = mesh.positions[mesh.triangles].reshape(-1, 3)
+    normals, areas = face_normals(corners)
+    # below (1e-7 of the extent)², the rounding of float32 positions, a triangle has no plane to speak of
+    extent = np.linalg.norm(np.ptp(corners.astype(np.float64), axis=0))
+    kept = areas > (1e-7 * extent) ** 2
+    if not kept.all():
+        dropped = f"Part {part.name} has {np.count_nonzero(~kept)} triangles without area; they are dropped."
+        warnings.warn(dropped, RefletWarning, stacklevel=4)
+    if not kept.any():
+        return None
+    used, triangles = np.unique(mesh.triangles[kept], return_inverse=True)
+    triangles = triangles.reshape(-1, 3).astype(np.uint32)
+    vertex_normals = mesh.normals[used].astype(np.float64)
+    length = np.linalg.norm(vertex_normals, axis=1)
+    flat = length < 1e-6
+    if flat.any():  # normals of no length: those of any face at the vertex
+        vertex_normals[triangles.ravel()[::-1]] = np.where(
+            flat[triangles.ravel()[::-1], None],
+            np.repeat(normals[kept], 3, axis=0)[::-1],
+            vertex_normals[triangles.ravel()[::-1]],
+        )
+        length = np.linalg.norm(vertex_normals, axis=1)
+    clean = Mesh(
+        positions=np.ascontiguousarray(mesh.positions[used], np.float32),
+        normals=(vertex_normals / length[:, None]).astype(np.float32),
+        triangles=triangles,
+        uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[used], np.float32),
+        tangents=None if mesh.tangents is None else np.ascontiguousarray(mesh.tangents[used], np.float32),
+    )
+    return replace(part, mesh=clean)
+
+
+def _uniquely_named(parts: Sequence[Part]) -> list[Part]:
+    taken: set[str] = set()
+    named = []
+    for part in parts:
+        base = part.name.strip() or "part"
+        name, number = base, 2
+        while name.lower() in taken:
+            name, number = f"{base}_{number}", number + 1
+        taken.add(name.lower())
+        named.append(replace(part, name=name))
+    return named
+
+
+def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
+    names = ", ".join(part.name for part in parts[:20]) + (", …" if len(parts) > 20 else "")
+    forced: set[int] = set()
+    for pattern in reflect:
+        matches = {p for p, part in enumerate(parts) if fnmatchcase(part.name.lower(), pattern.lower())}
+        if not matches:
+            raise RefletError(f"No part is named {pattern}; --reflect can name {names}.")
+        forced |= matches
+    glossy, chosen = [], set(forced)
+    for p, part in enumerate(parts):
+        metallic, roughness = surface_mean(part)
+        if metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS:
+            chosen.add(p)
+        if p in chosen and roughness > 1e-3:
+            glossy.append(f"{part.name} ({roughness:.2f})")
+    if not chosen:
+        raise RefletError(
+            f"No part reflects (metallic, with a roughness of at most {MIRROR_ROUGHNESS}); "
+            f"choose with --reflect NAME from {names}."
+        )
+    if glossy:
+        listed = ", ".join(glossy[:8]) + (", …" if len(glossy) > 8 else "")
+        warnings.warn(f"Baked as perfect mirrors whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
+    return chosen
+
+
+def _emits(part: Part) -> bool:
+    texture = part.material.emission_texture_srgb
+    return max(part.material.emission) > 0.0 and (texture is None or bool(texture.pixels[..., :3].any()))
+
+
+def _objects(parts: Sequence[Part]) -> tuple[ReflectiveObject, ...]:
+    reflective = [p for p, part in enumerate(parts) if part.reflective]
+    group = {p: p for p in reflective}
+    diagonal = {p: float(np.linalg.norm(np.ptp(parts[p].mesh.positions, axis=0))) for p in reflective}
+    for i, p in enumerate(reflective):
+        for q in reflective[i + 1 :]:
+            tolerance = TOUCHING * min(diagonal[p], diagonal[q])
+            if group[p] != group[q] and touch(parts[p].mesh, parts[q].mesh, tolerance):
+                group = {r: group[p] if g == group[q] else g for r, g in group.items()}
+    objects = []
+    for first in dict.fromkeys(group.values()):
+        members = tuple(p for p in reflective if group[p] == first)
+        objects.append(ReflectiveObject("+".join(parts[p].name for p in members[:4]), members))
+    return tuple(objects)

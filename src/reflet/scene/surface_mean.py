@@ -1,0 +1,42 @@
+"""Means of a material over the surface that wears it."""
+
+import numpy as np
+from jaxtyping import Float, Integer
+
+from reflet.scene.mesh import Mesh
+from reflet.scene.scene import Part
+
+_POINTS = 16384
+
+
+def surface_points(
+    mesh: Mesh, count: int
+) -> tuple[Integer[np.ndarray, "count"], Float[np.ndarray, "count 3"]]:
+    """Triangles and barycentric coordinates of ``count`` points spread evenly over a mesh's area; always the same."""
+    p = mesh.positions[mesh.triangles].astype(np.float64)
+    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    reach = np.cumsum(area)
+    triangle = np.searchsorted(reach, (np.arange(count) + 0.5) / count * reach[-1], side="right")
+    triangle = np.minimum(triangle, len(area) - 1)
+    # the R2 sequence of Roberts, folded into the triangle
+    golden = 1.32471795724474602596
+    i = np.arange(1, count + 1)
+    s, t = np.mod(i / golden, 1.0), np.mod(i / golden**2, 1.0)
+    fold = s + t > 1.0
+    s, t = np.where(fold, 1.0 - s, s), np.where(fold, 1.0 - t, t)
+    return triangle, np.column_stack([1.0 - s - t, s, t])
+
+
+def surface_mean(part: Part) -> tuple[float, float]:
+    """Area-weighted mean of (metallic, perceptual_roughness) over a part, textures included."""
+    material, texture = part.material, part.material.metallic_roughness_texture
+    if texture is None or part.mesh.uv is None:
+        return material.metallic, material.perceptual_roughness
+    triangle, weights = surface_points(part.mesh, _POINTS)
+    uv = np.einsum("pk,pki->pi", weights, part.mesh.uv[part.mesh.triangles[triangle]])
+    height, width = texture.pixels.shape[:2]
+    uv = np.clip(uv, 0.0, 1.0) if texture.clamp else np.mod(uv, 1.0)
+    column = np.minimum((uv[:, 0] * width).astype(int), width - 1)
+    row = np.minimum((uv[:, 1] * height).astype(int), height - 1)
+    mean = texture.pixels[row, column].mean(axis=0) / 255.0
+    return material.metallic * float(mean[2]), material.perceptual_roughness * float(mean[1])
