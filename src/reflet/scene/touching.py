@@ -57,7 +57,7 @@ def _sweep(p: Triangles, q: Triangles, axis: int, tolerance: float) -> bool:
 
 @numba.njit(cache=True)
 def _close(p: Float[np.ndarray, "3 3"], q: Float[np.ndarray, "3 3"], tolerance: float) -> bool:
-    """Triangles are nearest to each other at two edges or at a vertex of one, unless an edge of one pierces the other."""
+    """Triangles are nearest to each other at two edges or at a vertex of one, if no edge of one pierces the other."""
     limit = tolerance * tolerance
     for i in range(3):
         if _to_triangle(p[i], q) <= limit or _to_triangle(q[i], p) <= limit:
