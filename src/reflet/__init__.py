@@ -5,14 +5,31 @@ in real time. The explicit list below is the public interface; each name is impo
 ``import reflet`` loads neither the ray tracer nor the graphics system.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 _PUBLIC = {
     "Camera": "reflet.scene.camera",
+    "Comparison": "reflet.report.comparison",
     "EnvMap": "reflet.envmap.env_map",
+    "Orbit": "reflet.scene.parameter_space",
     "ParameterSpace": "reflet.scene.parameter_space",
+    "ParameterizedEnvironmentMap": "reflet.pem.pem",
+    "RefletError": "reflet.errors",
+    "Renderer": "reflet.render.renderer",
     "Scene": "reflet.scene.scene",
+    "Tracer": "reflet.trace.tracer",
+    "bake": "reflet.bake",
+    "compare": "reflet.compare",
+    "frame_orbit": "reflet.scene.framing",
+    "infer_layer": "reflet.infer.infer_layer",
+    "load_scene": "reflet.load",
+    "open_pem": "reflet.pem.container",
+    "orbit_space": "reflet.scene.parameter_space",
+    "save_pem": "reflet.pem.container",
+    "verify": "reflet.verify",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605
@@ -27,3 +44,17 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__"]
+
+
+class _Package(ModuleType):
+    """Keeps the functions `bake`, `compare` and `verify` in front of the modules of the same names.
+
+    Importing a submodule binds it to its package's attribute, which would hide the function from then on.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _PUBLIC and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

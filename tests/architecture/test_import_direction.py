@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "reflet"
 ROOMS = ["envmap", "reflectance", "files", "scene", "trace", "infer", "pem", "shaders", "render", "view", "report"]
 PIPELINES = ["load", "bake", "compare", "verify", "paper"]
-OPEN_TO_ALL = {"errors"}
+OPEN_TO_ALL = {"errors", "progress"}
 OWNERS = {"mitsuba": "trace", "drjit": "trace", "wgpu": "render"}
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 

@@ -65,11 +65,16 @@ class Exhibit:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All results, one view of each place, and the circumstances (scene, adapter, samples, exposure, noise)."""
+    """All results, one view of each place, and the circumstances (scene, adapter, samples, exposure, noise).
+
+    ``traced_picture`` and ``layered_picture`` are one whole view, ray traced and played back.
+    """
 
     results: tuple[Result, ...]
     exhibits: tuple[Exhibit, ...]
     context: dict[str, Any]
+    traced_picture: Float32[np.ndarray, "height width 3"]
+    layered_picture: Float32[np.ndarray, "height width 3"]
 
     def result(self, where: str, method: str) -> Result:
         """The one result of a method at a place; KeyError if it was not measured."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import flip_evaluator
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 from skimage.metrics import structural_similarity
 
 from reflet.errors import RefletError
@@ -29,6 +29,11 @@ def tone_map(radiance: Float[np.ndarray, "*batch"], exposure: float = EXPOSURE) 
     """
     linear = -np.expm1(-exposure * np.maximum(np.asarray(radiance, np.float64), 0.0))
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def picture_srgb(radiance: Float[np.ndarray, "*batch"], exposure: float = EXPOSURE) -> UInt8[np.ndarray, "*batch"]:
+    """The tone-mapped picture in 8 bits, as it is written into a PNG."""
+    return np.round(255.0 * tone_map(radiance, exposure)).astype(np.uint8)
 
 
 @dataclass(frozen=True)

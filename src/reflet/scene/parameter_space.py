@@ -116,3 +116,17 @@ class ParameterSpace:
             int(np.ravel_multi_index([i for i, _ in corner], self.shape)): float(prod(w for _, w in corner))
             for corner in product(*brackets)
         }
+
+
+def orbit_space(orbit: Orbit, views: int, spacing_deg: float) -> ParameterSpace:
+    """``views`` viewpoints on a circle around the target, ``spacing_deg`` apart, the first at the orbit's azimuth.
+
+    Raises RefletError for less than one view, a spacing that is not positive, or more than one turn.
+    """
+    if views < 1 or not spacing_deg > 0.0 or (views - 1) * spacing_deg >= 360.0:
+        raise RefletError(
+            f"{views} views {spacing_deg:g} degrees apart do not fit an orbit; choose at least one view, a positive "
+            "spacing, and less than one turn in all."
+        )
+    values = tuple(orbit.azimuth_deg + i * spacing_deg for i in range(views))
+    return ParameterSpace((Axis("azimuth_deg", values),), orbit)

@@ -1,0 +1,231 @@
+"""The bake: from a scene to the folder of a parameterized environment map.
+
+Order of work: irradiance of the diffuse surroundings; for each object its static env map, from which the geometries are
+fitted; then viewpoint by viewpoint the traced layers, the G-buffer and the inference of every layer's map. Random
+numbers depend on the sample alone, so a bake that was killed and resumed equals an undisturbed one byte for byte; only
+``timings.jsonl``, a line for every sample, differs.
+"""
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import KINDS
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.errors import RefletError
+from reflet.infer.fit_geometry import em_origin, fit
+from reflet.infer.infer_layer import infer_layer
+from reflet.infer.records import Solution
+from reflet.pem.pem import Layer
+from reflet.pem.writer import PemWriter
+from reflet.progress import ProgressCallback, silent
+from reflet.scene.fingerprint import fingerprint
+from reflet.scene.framing import check_camera, frame_orbit
+from reflet.scene.hull import hull_triangles
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.parameter_space import ParameterSpace, orbit_space
+from reflet.scene.scene import Scene
+from reflet.scene.surface import gbuffer_from_visibility
+from reflet.trace.layers import StaticProbe, TracedView
+from reflet.trace.tracer import Tracer
+
+LOD_BIAS = -3.0
+PROBE_SPP = 64
+TIMINGS = "timings.jsonl"
+
+
+def bake(
+    scene: Scene,
+    out: str | Path,
+    space: ParameterSpace | None = None,
+    *,
+    em_size: int = 256,
+    local_size: int | None = None,
+    spp: int = 64,
+    sample_count: int = 16,
+    distant: str = "box",
+    local: str = "ellipsoid",
+    variant: str = "llvm_ad_rgb",
+    resume: bool = False,
+    progress: ProgressCallback = silent,
+) -> Path:
+    """Bakes a scene into the folder ``out``, and returns that folder.
+
+    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). Maps have ``em_size``² texels
+    a face (local ones ``local_size``², by default the same) and are inferred for ``sample_count`` sub-samples a pixel
+    from layers traced at ``spp`` samples a pixel. ``distant`` and ``local`` name geometries (`reflet.envmap.geometry`).
+    ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
+    right.
+    """
+    for kind in (distant, local):
+        if kind not in KINDS:
+            raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
+    chains = {"distant": CubeMipChain(em_size), "local": CubeMipChain(local_size or em_size)}
+    if spp < 1:
+        raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
+    space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
+    for sample in range(space.sample_count):
+        check_camera(scene, space.camera(sample))
+    parameters = {
+        "scene": fingerprint(scene),
+        "space": asdict(space),
+        "em_size": em_size,
+        "local_size": local_size or em_size,
+        "spp": spp,
+        "sample_count": sample_count,
+        "lod_bias": LOD_BIAS,
+        "distant": distant,
+        "local": local,
+        "variant": variant,
+    }
+    writer = PemWriter(out, parameters, resume=resume)
+    if writer.finished:
+        return writer.folder
+
+    tracer = _tracer_with_irradiance(scene, variant, writer, progress)
+    probes = trace_probes(tracer, em_size, writer, progress)
+    on_hull = hull_triangles(scene)
+    layers = plan_layers(scene, probes, on_hull, distant, local, chains)
+    for sample in range(space.sample_count):
+        progress("viewpoints", sample, space.sample_count)
+        if writer.has(sample):
+            continue
+        began = time.perf_counter()
+        view = tracer.view(space.camera(sample), spp=spp, sample_count=sample_count, seed=sample_seed(sample))
+        traced = time.perf_counter()
+        solutions = infer_view(scene, view, layers, probes, on_hull)
+        maps = [
+            EnvMap(CubeMipChain(layer.size), solution.texels, layer.geometry)
+            for layer, solution in zip(layers, solutions, strict=True)
+        ]
+        inferred = time.perf_counter()
+        writer.write_sample(sample, layers, maps, {"layers": [_statistics(solution) for solution in solutions]})
+        _log(writer.folder, sample=sample, trace_seconds=traced - began, infer_seconds=inferred - traced)
+        del view, solutions, maps
+    writer.finish(
+        scene=scene,
+        irradiance=tracer.irradiance,
+        space=space,
+        layers=layers,
+        on_hull=on_hull,
+        lod_bias=LOD_BIAS,
+        sample_count=sample_count,
+        statistics={"spp": spp},
+        static_maps=[
+            EnvMap(chains["distant"], probe.texels, fit(distant, scene, item.parts, probe))
+            for item, probe in zip(scene.objects, probes, strict=True)
+        ],
+    )
+    progress("viewpoints", space.sample_count, space.sample_count)
+    return writer.folder
+
+
+def sample_seed(sample: int) -> int:
+    """The random seed of one sample's rays: its own, whatever was traced before it."""
+    return sample + 1
+
+
+def trace_probes(
+    tracer: Tracer, size: int, writer: PemWriter | None = None, progress: ProgressCallback = silent
+) -> list[StaticProbe]:
+    """The static env map of every object, seen from its EM origin; kept in the writer's state where one is given."""
+    probes = []
+    objects = tracer.scene.objects
+    for number, item in enumerate(objects):
+        progress("static maps", number, len(objects))
+        state = writer.load_state(f"static-{number}") if writer else None
+        if state is not None:
+            origin = state["origin"].tolist()
+            probes.append(StaticProbe((origin[0], origin[1], origin[2]), state["texels"], state["distance"]))
+            continue
+        probe = tracer.probe(number, em_origin(tracer.scene, item.parts), size, PROBE_SPP)
+        if writer:
+            writer.save_state(
+                f"static-{number}", origin=np.array(probe.origin), texels=probe.texels, distance=probe.distance
+            )
+        probes.append(probe)
+    progress("static maps", len(objects), len(objects))
+    return probes
+
+
+def plan_layers(
+    scene: Scene,
+    probes: Sequence[StaticProbe],
+    on_hull: Bool[np.ndarray, "triangles"],
+    distant: str,
+    local: str,
+    chains: dict[str, CubeMipChain],
+) -> tuple[Layer, ...]:
+    """One distant layer for each object, and a local one for each of its parts that is not all on the convex hull."""
+    layers = []
+    for item, probe in zip(scene.objects, probes, strict=True):
+        geometry = fit(distant, scene, item.parts, probe)
+        layers.append(Layer(f"{item.name} distant", "distant", item.parts, geometry, chains["distant"].size))
+        for part in item.parts:
+            if on_hull[scene.triangle_offsets[part] : scene.triangle_offsets[part + 1]].all():
+                continue
+            # Hemisphere and box around a part make no sense without what lies beyond it: they are fitted to the room.
+            around = None if local in ("ellipsoid", "sphere", "infinite_sphere") else probe
+            geometry = fit(local, scene, (part,), around)
+            layers.append(Layer(f"{scene.parts[part].name} local", "local", (part,), geometry, chains["local"].size))
+    return tuple(layers)
+
+
+def infer_view(
+    scene: Scene,
+    view: TracedView,
+    layers: Sequence[Layer],
+    probes: Sequence[StaticProbe],
+    on_hull: Bool[np.ndarray, "triangles"],
+) -> list[Solution]:
+    """The maps of all layers at one traced view. Distant ones start from their object's static map."""
+    gbuffer = gbuffer_from_visibility(scene, view.visibility)
+    solutions = []
+    for layer in layers:
+        prior = probes[scene.object_of_part[layer.parts[0]]].texels if layer.kind == "distant" else None
+        solutions.append(
+            infer_layer(
+                layer.kind,
+                gbuffer,
+                view.layers,
+                layer.parts,
+                layer.geometry,
+                CubeMipChain(layer.size),
+                LOD_BIAS,
+                prior=prior,
+                on_hull=on_hull,
+            )
+        )
+    return solutions
+
+
+def _tracer_with_irradiance(scene: Scene, variant: str, writer: PemWriter, progress: ProgressCallback) -> Tracer:
+    """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
+    state = writer.load_state("irradiance")
+    if state is not None:
+        return Tracer(scene, variant=variant, irradiance=IrradianceMap(**state))
+    tracer = Tracer(scene, variant=variant, progress=lambda done, total: progress("diffuse light", done, total))
+    writer.save_state("irradiance", **vars(tracer.irradiance))
+    return tracer
+
+
+def _statistics(solution: Solution) -> dict[str, Any]:
+    """A solution without its texels."""
+    return {
+        "iterations": solution.iterations,
+        "relative_residual": solution.relative_residual,
+        "seen_share": solution.seen_share,
+    }
+
+
+def _log(folder: Path, **entry: float) -> None:
+    """Appends a line to the bake's timings, which play no part in its result."""
+    with (folder / TIMINGS).open("a") as file:
+        file.write(json.dumps(entry) + "\n")

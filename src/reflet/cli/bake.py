@@ -1,0 +1,101 @@
+"""``reflet bake``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import VARIANTS, Vector, variant_option
+from reflet.cli.progress import progress_bar
+from reflet.envmap.geometry import KINDS
+
+_GEOMETRY = click.Choice(list(KINDS))
+
+
+@click.command(short_help="Bake a scene into a folder of environment maps.")
+@click.argument("scene", metavar="SCENE")
+@click.option("--environment", type=click.Path(path_type=Path), help="Lat-long .hdr or .exr picture around the scene.")
+@click.option("--views", type=click.IntRange(1), default=3, show_default=True, help="Number of viewpoints.")
+@click.option(
+    "--spacing",
+    type=click.FloatRange(0, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Degrees of azimuth from one viewpoint to the next.",
+)
+@click.option("--azimuth", type=float, help="Azimuth of the first viewpoint in degrees; 0 looks from +x, 90 from -z.")
+@click.option("--elevation", type=click.FloatRange(-90, 90), help="Height of the viewpoints in degrees.")
+@click.option("--distance", type=float, help="Metres from the target to the camera.")
+@click.option("--target", type=Vector(), help="The point that the camera looks at.")
+@click.option("--fov", type=float, help="Vertical field of view in degrees.")
+@click.option("--image-size", type=click.IntRange(1), default=512, show_default=True, help="Pixels along an edge.")
+@click.option("--em-size", type=click.IntRange(1), default=256, show_default=True, help="Texels along a map's edge.")
+@click.option("--spp", type=click.IntRange(1), default=64, show_default=True, help="Rays traced a pixel.")
+@click.option("--distant", type=_GEOMETRY, default="box", show_default=True, help="Shape of the distant surroundings.")
+@click.option(
+    "--local", type=_GEOMETRY, default="ellipsoid", show_default=True, help="Shape around a part, for self-reflections."
+)
+@click.option("--reflect", multiple=True, metavar="NAME", help="A part to bake as a mirror; may be given repeatedly.")
+@variant_option
+@click.option("--resume", is_flag=True, help="Go on with a bake that was stopped, with the same options.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write the PEM to.")
+def bake(
+    scene: str,
+    environment: Path | None,
+    views: int,
+    spacing: float,
+    azimuth: float | None,
+    elevation: float | None,
+    distance: float | None,
+    target: tuple[float, float, float] | None,
+    fov: float | None,
+    image_size: int,
+    em_size: int,
+    spp: int,
+    distant: str,
+    local: str,
+    reflect: tuple[str, ...],
+    variant: str,
+    resume: bool,
+    out: Path,
+) -> None:
+    """Traces SCENE from viewpoints on an orbit and infers the environment maps that show it best.
+
+    SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Parts of smooth metal
+    reflect; a mesh without a material is a mirror. What is not given is chosen to frame the reflecting object.
+
+    \b
+    Examples:
+      reflet bake teapot-room --out teapot
+      reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
+      reflet bake shop.glb --reflect 'Vase*' --distant box --elevation 15 --out vase
+      reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
+    """
+    from reflet.bake import bake as bake_scene
+    from reflet.load import load_scene
+    from reflet.scene.framing import frame_orbit
+    from reflet.scene.parameter_space import orbit_space
+
+    loaded = load_scene(scene, environment=environment, reflect=reflect)
+    orbit = frame_orbit(
+        loaded,
+        azimuth_deg=azimuth,
+        elevation_deg=elevation,
+        distance=distance,
+        target=target,
+        fov_deg=fov,
+        image_size=image_size,
+    )
+    with progress_bar() as progress:
+        bake_scene(
+            loaded,
+            out,
+            orbit_space(orbit, views, spacing),
+            em_size=em_size,
+            spp=spp,
+            distant=distant,
+            local=local,
+            variant=VARIANTS[variant],
+            resume=resume,
+            progress=progress,
+        )
+    click.echo(f"{out} is ready; look at it with: reflet view {out}")

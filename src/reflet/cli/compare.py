@@ -1,0 +1,70 @@
+"""``reflet compare``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import VARIANTS, pem_argument, samples_option, variant_option
+from reflet.cli.progress import progress_bar
+
+
+@click.command(short_help="Set a PEM beside ray tracing and older methods.")
+@pem_argument
+@click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE", help="Write the numbers here.")
+@click.option("--figure", type=click.Path(path_type=Path), metavar="FILE", help="Write the figure here (.png).")
+@click.option("--page", type=click.Path(path_type=Path), metavar="FILE", help="Write a page of it all here (.html).")
+@click.option(
+    "--images", type=click.Path(path_type=Path), metavar="DIR", help="Write the .exr behind each number here."
+)
+@samples_option
+@click.option(
+    "--spp", type=click.IntRange(1), default=256, show_default=True, help="Rays a pixel of the ray-traced reference."
+)
+@variant_option
+def compare(
+    pem: Path,
+    json_path: Path | None,
+    figure: Path | None,
+    page: Path | None,
+    images: Path | None,
+    samples: str | None,
+    spp: int,
+    variant: str,
+) -> None:
+    """Ray-traces viewpoints of its own and measures what each method makes of them on the object's pixels.
+
+    At the samples, halfway between them, and 10° and 20° above: the layered PEM, its distant layer alone, single-layer
+    PEMs of four geometries, a static environment map from the object's centre, and the same projected on a box. Display
+    PSNR, SSIM and FLIP, with error images in one figure.
+
+    \b
+    Examples:
+      reflet compare teapot --figure compare.png
+      reflet compare teapot --json compare.json --images pictures --samples 4
+    """
+    import json
+
+    from reflet.compare import compare as compare_pem
+    from reflet.files.atomic import atomic_write
+    from reflet.pem.container import open_pem
+    from reflet.report.figure import comparison_figure
+    from reflet.report.page import result_page
+    from reflet.report.table import comparison_table
+
+    opened = open_pem(pem)
+    with progress_bar() as progress:
+        comparison = compare_pem(
+            opened,
+            samples=int(samples) if samples else None,
+            reference_spp=spp,
+            variant=VARIANTS[variant],
+            images=images,
+            progress=progress,
+        )
+    if json_path:
+        atomic_write(json_path, (json.dumps(comparison.as_json(), indent=1) + "\n").encode())
+    if figure:
+        atomic_write(figure, comparison_figure(comparison))
+    if page:
+        atomic_write(page, result_page(opened, comparison, name=str(pem)).encode())
+    click.echo(comparison_table(comparison))

@@ -1,0 +1,68 @@
+"""The command line: `reflet VERB`. Turns errors into sentences and exit statuses."""
+
+import shlex
+import sys
+import warnings
+from typing import Any
+
+import click
+
+from reflet import __version__
+from reflet.cli.bake import bake
+from reflet.cli.compare import compare
+from reflet.cli.info import info
+from reflet.cli.render import render
+from reflet.cli.verify import verify
+from reflet.cli.view import view
+from reflet.errors import RefletError, RefletWarning
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="reflet")
+def commands() -> None:
+    """Bakes ray-traced reflections into parameterized environment maps (PEMs) and plays them back in real time.
+
+    \b
+    Start here:
+      reflet bake teapot-room --views 3 --out teapot   bake the built-in scene into a folder
+      reflet view teapot                               look at it in the browser
+      reflet render teapot --azimuth 61 -o view.png    draw one view without a window
+      reflet compare teapot --figure compare.png       set it beside ray tracing and older methods
+
+    `reflet VERB --help` explains each verb with examples.
+    """
+
+
+for verb in (bake, render, compare, verify, info, view):
+    commands.add_command(verb)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Runs one command and ends the process: status 0, 2 for anything the user can put right, 130 after Ctrl-C."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    warnings.showwarning = _show_warning
+    try:
+        sys.exit(commands.main(arguments, prog_name="reflet", standalone_mode=False) or 0)
+    except RefletError as error:
+        click.echo(f"reflet: {error}", err=True)
+        sys.exit(2)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo(_stopped(arguments), err=True)
+        sys.exit(130)
+
+
+def _stopped(arguments: list[str]) -> str:
+    """What to say after Ctrl-C: a bake goes on where it was stopped."""
+    if arguments[:1] != ["bake"]:
+        return "Stopped."
+    again = arguments if "--resume" in arguments else [*arguments, "--resume"]
+    return f"Stopped; go on with: {shlex.join(['reflet', *again])}"
+
+
+def _show_warning(message: Any, category: type[Warning], *_: Any, **__: Any) -> None:
+    """Warnings of our own take one line; those of libraries are not for the user."""
+    if issubclass(category, RefletWarning):
+        click.echo(f"Warning: {message}", err=True)

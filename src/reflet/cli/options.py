@@ -1,0 +1,41 @@
+"""Values and options that several verbs share."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
+
+pem_argument = click.argument("pem", metavar="PEM", type=click.Path(path_type=Path))
+variant_option = click.option(
+    "--variant",
+    type=click.Choice(list(VARIANTS)),
+    default="llvm",
+    show_default=True,
+    help="Trace on the CPU (llvm) or on an NVIDIA GPU (cuda).",
+)
+samples_option = click.option(
+    "--samples",
+    type=click.Choice(["4", "16"]),
+    default=None,
+    help="Samples a pixel; by default those that the maps were inferred for.",
+)
+
+
+class Vector(click.ParamType):
+    """Three numbers with commas between, such as 0,0.15,0."""
+
+    name = "X,Y,Z"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, float, float]:
+        """The three numbers, or click's usage error."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            x, y, z = (float(number) for number in value.split(","))
+        except ValueError:
+            self.fail(f"three numbers with commas between are expected, such as 0,0.15,0, not {value!r}", param, ctx)
+        return x, y, z

@@ -1,0 +1,62 @@
+"""``reflet render``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import pem_argument, samples_option
+
+
+@click.command(short_help="Draw one view of a PEM into a picture.")
+@pem_argument
+@click.option("--azimuth", type=float, help="Degrees; by default that of the first viewpoint.")
+@click.option("--elevation", type=click.FloatRange(-90, 90), help="Degrees; by default that of the baked orbit.")
+@click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
+@click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
+@samples_option
+@click.option("--size", type=click.IntRange(1), help="Pixels along an edge; by default as baked.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
+def render(
+    pem: Path,
+    azimuth: float | None,
+    elevation: float | None,
+    distance: float | None,
+    nearest: bool,
+    samples: str | None,
+    size: int | None,
+    output: Path,
+) -> None:
+    """Draws PEM as the viewer does, without a window: on a viewpoint, between two, or anywhere off the orbit.
+
+    A .png holds the tone-mapped picture, an .exr linear radiance.
+
+    \b
+    Examples:
+      reflet render teapot -o first.png
+      reflet render teapot --azimuth 61 --elevation 32 -o above.png
+      reflet render teapot --azimuth 61 --nearest --samples 4 --size 1024 -o moving.exr
+    """
+    from dataclasses import replace
+
+    from reflet.errors import RefletError
+    from reflet.files.exr import write_exr
+    from reflet.files.png import write_png
+    from reflet.pem.container import open_pem
+    from reflet.render.renderer import Renderer
+    from reflet.report.measures import picture_srgb
+
+    if output.suffix.lower() not in (".png", ".exr"):
+        raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
+    opened = open_pem(pem)
+    orbit = opened.space.orbit if size is None else replace(opened.space.orbit, image_size=size)
+    point = opened.space.points()[0]
+    given = {"azimuth_deg": azimuth, "elevation_deg": elevation, "distance": distance}
+    point.update({axis: value for axis, value in given.items() if value is not None})
+    picture = Renderer(opened).frame(
+        orbit.camera(point), samples=int(samples or opened.sample_count), blend=not nearest
+    )[..., :3]
+    if output.suffix.lower() == ".png":
+        write_png(output, picture_srgb(picture))
+    else:
+        write_exr(output, picture)
+    click.echo(f"{output} is written.")

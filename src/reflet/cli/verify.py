@@ -1,0 +1,34 @@
+"""``reflet verify``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import pem_argument
+from reflet.cli.progress import progress_bar
+
+
+@click.command(short_help="Check that the graphics system does what inference believed.")
+@pem_argument
+@click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE", help="Write the result here.")
+def verify(pem: Path, json_path: Path | None) -> None:
+    """Measures the rendering matrix of PEM's first view with coloured test renderings on the adapter present, and
+    compares it with the analytic one that the maps were inferred with. Ends with status 1 where they disagree.
+
+    \b
+    Example:
+      reflet verify teapot --json verify.json
+    """
+    import json
+    from dataclasses import asdict
+
+    from reflet.files.atomic import atomic_write
+    from reflet.pem.container import open_pem
+    from reflet.verify import verify as verify_pem
+
+    opened = open_pem(pem)
+    with progress_bar() as progress:
+        verification = verify_pem(opened, progress=progress)
+    if json_path:
+        atomic_write(json_path, (json.dumps(asdict(verification), indent=1) + "\n").encode())
+    click.echo(str(verification))

@@ -1,0 +1,109 @@
+"""A page that shows a bake's result, in one file that needs nothing else."""
+
+import base64
+import html
+from io import BytesIO
+
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image
+
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.report.comparison import METHODS, PLACES, Comparison
+from reflet.report.figure import comparison_figure
+from reflet.report.maps_figure import env_map_sheet
+from reflet.report.measures import picture_srgb
+from reflet.report.table import pem_table
+
+_STYLE = """
+:root { color-scheme: light; --ink: #1d1d1f; --soft: #6e6e73; --line: #e3e3e6; }
+body { margin: 0 auto; padding: 3rem 1.25rem 5rem; max-width: 62rem; color: var(--ink); background: #fff;
+       font: 16px/1.55 system-ui, sans-serif; }
+h1 { font-size: 2.1rem; line-height: 1.15; margin: 0 0 .4rem; letter-spacing: -.02em; }
+h2 { font-size: 1.25rem; margin: 3rem 0 .6rem; }
+p { max-width: 46rem; } .soft, figcaption { color: var(--soft); font-size: .9rem; }
+figure { margin: 1.2rem 0; } img { display: block; max-width: 100%; height: auto; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 1rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
+th, td { padding: .35rem .6rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; } tr.best td { font-weight: 650; }
+pre { background: #f5f5f7; border-radius: .6rem; padding: .9rem 1.1rem; overflow-x: auto; font-size: .82rem;
+      line-height: 1.4; }
+"""
+
+
+def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, name: str) -> str:
+    """A self-contained HTML page: pictures, comparison, numbers, the inferred maps, statistics, and what to do next.
+
+    ``name`` is the PEM's folder as the reader will type it.
+    """
+    words = html.escape(name)
+    traced = _image(picture_srgb(comparison.traced_picture), "Ray traced")
+    baked = _image(picture_srgb(comparison.layered_picture), "Played back from the maps")
+    maps = "\n".join(
+        f"<figure>{_image(env_map_sheet(env_map), f'{layer.name}: all faces and mip levels')}"
+        f"<figcaption>{html.escape(layer.name)}: {layer.kind}, {layer.geometry.kind.replace('_', ' ')}, "
+        f"{layer.size}² texels a face{'; below, its alpha' if layer.kind == 'local' else ''}</figcaption></figure>"
+        for layer, env_map in zip(pem.layers, pem.maps[0], strict=True)
+    )
+    return f"""<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{words}: parameterized environment maps</title>
+<style>{_STYLE}</style>
+<h1>{words}</h1>
+<p class="soft">Ray-traced reflections, baked into parameterized environment maps by reflet.</p>
+<div class="pair">
+<figure>{traced}<figcaption>Ray traced</figcaption></figure>
+<figure>{baked}<figcaption>Played back from the maps</figcaption></figure>
+</div>
+<h2>Look at it</h2>
+<pre>reflet view {words}
+reflet render {words} -o view.png</pre>
+<h2>Beside ray tracing and older methods</h2>
+<p>Each picture with its FLIP error below, on the object's pixels. A static map misses the object's reflection of
+itself; a single layer shows it, but moves it wrongly between viewpoints.</p>
+<figure class="scroll"><img alt="Comparison of methods" src="{_data_uri(comparison_figure(comparison))}"></figure>
+<div class="scroll">{_table(comparison)}</div>
+<p class="soft">{_circumstances(comparison)}</p>
+<h2>The inferred maps</h2>
+<p>All layers of the first viewpoint. Every mip level is inferred on its own, so none is merely a filtered copy of the
+finer one. What no sample saw stays close to the static map.</p>
+{maps}
+<h2>Statistics</h2>
+<pre>{html.escape(pem_table(pem))}</pre>
+</html>
+"""
+
+
+def _table(comparison: Comparison) -> str:
+    """Every number of the comparison: display PSNR, SSIM and FLIP, a row for each method."""
+    places = [place for place in PLACES if any(result.where == place for result in comparison.results)]
+    heads = "".join(f"<th>{PLACES[place]}</th>" for place in places)
+    rows = "".join(
+        f'<tr class="{"best" if method == "layered" else ""}"><td>{words}</td>'
+        + "".join(
+            f"<td>{r.psnr_display:.2f} dB · {r.ssim:.3f} · {r.flip:.3f}</td>"
+            for r in (comparison.result(place, method) for place in places)
+        )
+        + "</tr>"
+        for method, words in METHODS.items()
+    )
+    return f"<table><tr><th>display PSNR · SSIM · FLIP</th>{heads}</tr>{rows}</table>"
+
+
+def _circumstances(comparison: Comparison) -> str:
+    """The comparison's context as one sentence a fact."""
+    return html.escape(" · ".join(f"{name.replace('_', ' ')}: {value}" for name, value in comparison.context.items()))
+
+
+def _image(pixels: UInt8[np.ndarray, "height width 3"], alt: str) -> str:
+    buffer = BytesIO()
+    Image.fromarray(pixels).save(buffer, format="PNG", optimize=True)
+    return f'<img alt="{html.escape(alt)}" src="{_data_uri(buffer.getvalue())}">'
+
+
+def _data_uri(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -1,0 +1,76 @@
+"""Tables for the terminal."""
+
+from io import StringIO
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.report.comparison import METHODS, PLACES, Comparison
+
+
+def comparison_table(comparison: Comparison) -> str:
+    """Display PSNR in dB of every method at every place."""
+    places = [place for place in PLACES if any(result.where == place for result in comparison.results)]
+    table = Table("display PSNR, dB", box=box.SIMPLE_HEAD)
+    for place in places:
+        table.add_column(PLACES[place], justify="right")
+    for method, words in METHODS.items():
+        values = (f"{comparison.result(place, method).psnr_display:.2f}" for place in places)
+        table.add_row(words, *values, style="bold" if method == "layered" else None)
+    return _text(table)
+
+
+def pem_table(pem: ParameterizedEnvironmentMap) -> str:
+    """What a PEM holds: its scene, its viewpoints and its layers, with means over all samples of how inference went."""
+    scene, orbit = pem.scene, pem.space.orbit
+    facts = Table(box=None, show_header=False)
+    facts.add_row("scene", f"{len(scene.parts)} parts, {scene.triangle_offsets[-1]:,} triangles")
+    for item in scene.objects:
+        names = ", ".join(scene.parts[part].name for part in item.parts)
+        facts.add_row("reflective object", f"{item.name}: {names}")
+    reflecting = np.concatenate(
+        [pem.on_hull[scene.triangle_offsets[p] : scene.triangle_offsets[p + 1]] for o in scene.objects for p in o.parts]
+    )
+    facts.add_row("on the convex hull", f"{reflecting.mean():.1%} of the reflective triangles")
+    for axis in pem.space.axes:
+        facts.add_row("viewpoints", f"{len(axis.values)} along {axis.name}, {axis.values[0]:g} to {axis.values[-1]:g}")
+    facts.add_row(
+        "camera", f"elevation {orbit.elevation_deg:g}°, distance {orbit.distance:g} m, {orbit.fov_deg:g}° wide"
+    )
+    facts.add_row("inferred for", f"{pem.sample_count} samples a pixel, LOD bias {pem.lod_bias:g}")
+    facts.add_row("maps on disk", f"{_bytes(pem) / 2**20:.1f} MiB in half float")
+    table = Table("layer", "kind", "geometry", box=box.SIMPLE_HEAD)
+    for heading in ("size", "iterations", "residual", "texels seen"):
+        table.add_column(heading, justify="right")
+    for number, layer in enumerate(pem.layers):
+        table.add_row(layer.name, layer.kind, layer.geometry.kind, f"{layer.size}²×6", *_inference(pem, number))
+    return _text(facts) + "\n" + _text(table)
+
+
+def _inference(pem: ParameterizedEnvironmentMap, number: int) -> tuple[str, str, str]:
+    """Means over the samples of what the solver says of one layer; dashes where nothing is known."""
+    solves = [sample["layers"][number] for sample in pem.statistics.get("samples", []) if "layers" in sample]
+    if not solves:
+        return "–", "–", "–"
+    iterations, residual, seen = (
+        np.mean([solve[name] for solve in solves]) for name in ("iterations", "relative_residual", "seen_share")
+    )
+    return f"{iterations:.0f}", f"{residual:.3f}", f"{seen:.0%}"
+
+
+def _bytes(pem: ParameterizedEnvironmentMap) -> int:
+    """Bytes of all maps: RGBA in half float, a third more for the mip levels."""
+    return len(pem.maps) * sum(_layer_bytes(layer) for layer in pem.layers)
+
+
+def _layer_bytes(layer: Layer) -> int:
+    return 8 * 6 * (4 * layer.size**2 - 1) // 3
+
+
+def _text(table: Table) -> str:
+    console = Console(file=StringIO(), width=100)
+    console.print(table)
+    return "\n".join(line.rstrip() for line in console.file.getvalue().rstrip().splitlines())  # type: ignore[attr-defined]
