@@ -48,7 +48,7 @@ def prolong(
 
 def pad(
     chain: CubeMipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
-) -> Float[np.ndarray, "6 size+2 size+2 *channels"]:
+) -> Float[np.ndarray, "6 padded padded *channels"]:
     """One level with its neighbours' nearest texels around every face; corners: the mean of the three there."""
     index = padded_indices(chain, mip_level)
     padded = texels[index]

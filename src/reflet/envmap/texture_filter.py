@@ -16,7 +16,7 @@ from reflet.envmap.mip_chain import CubeMipChain
 MISSING = -1  # the table's entry for the texel beyond a cube's corner
 
 
-def padded_indices(chain: CubeMipChain, mip_level: int) -> Int32[np.ndarray, "6 size+2 size+2"]:
+def padded_indices(chain: CubeMipChain, mip_level: int) -> Int32[np.ndarray, "6 padded padded"]:
     """Texel indices of one mip level, each face surrounded by its neighbours' nearest texels; `MISSING` at corners."""
     size = chain.level_sizes[mip_level]
     # Just outside the edge the nearest texel of the neighbouring face is the one that shares the edge.

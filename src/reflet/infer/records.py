@@ -15,7 +15,7 @@ class RenderingMatrix:
     its samples look the map up.
     """
 
-    starts: Int32[np.ndarray, "rows+1"]
+    starts: Int32[np.ndarray, "rows_and_one"]
     columns: Int32[np.ndarray, "entries"]
     weights: Float32[np.ndarray, "entries"]
     texel_count: int

@@ -57,7 +57,7 @@ def rendering_matrix(
     return RenderingMatrix(starts.astype(np.int32), kept_columns, kept_weights, chain.texel_count)
 
 
-def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows+1"]]:
+def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows_and_one"]]:
     """All lookups in the order of their rows, and where each row's begin."""
     if len(gbuffer.lookups) == 1:
         lookups = gbuffer.lookups[0]
