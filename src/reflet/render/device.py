@@ -1,0 +1,45 @@
+"""The graphics device."""
+
+from functools import cache
+
+import wgpu
+
+from reflet.errors import RefletError
+
+# Optional features that are used where present: float maps can be filtered only with the first (test renderings).
+_WANTED = ("float32-filterable",)
+_LIMITS_RAISED = ("max-buffer-size", "max-storage-buffer-binding-size", "max-texture-dimension-2d")
+
+
+def open_device() -> wgpu.GPUDevice:
+    """A new device on the adapter that the system prefers.
+
+    Raises `RefletError` where there is no graphics adapter.
+    """
+    try:
+        adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
+    except RuntimeError as error:
+        raise RefletError(
+            "Drawing needs a Vulkan graphics adapter and none was found; install your card's driver, or the software "
+            "one: apt-get install mesa-vulkan-drivers."
+        ) from error
+    features = [name for name in _WANTED if name in adapter.features]
+    limits = {name: adapter.limits[name] for name in _LIMITS_RAISED}
+    return adapter.request_device_sync(required_features=features, required_limits=limits)
+
+
+@cache
+def shared_device() -> wgpu.GPUDevice:
+    """One device for all renderers of this process."""
+    return open_device()
+
+
+def adapter_name(device: wgpu.GPUDevice) -> str:
+    """The adapter in words, as its driver calls it."""
+    info = device.adapter.info
+    return f"{info['device']} ({info['adapter_type']}, {info['backend_type']}, {info['description']})"
+
+
+def filters_exactly(device: wgpu.GPUDevice) -> bool:
+    """Whether texture filters use float weights: true of software adapters. Graphics cards round weights to 8 bits."""
+    return device.adapter.info["adapter_type"] == "CPU"

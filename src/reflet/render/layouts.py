@@ -1,0 +1,134 @@
+"""The host's side of the shaders' bind groups: `shaders/frame.wgsl` and `shaders/part.wgsl` describe them."""
+
+from collections.abc import Collection, Mapping
+from typing import Literal
+
+import numpy as np
+import wgpu
+
+from reflet.envmap.geometry import pack
+from reflet.pem.pem import Layer
+from reflet.scene.camera import Camera
+from reflet.scene.sample_pattern import sample_positions
+from reflet.scene.scene import Part
+
+Shown = Literal["diffuse", "fresnel", "distant", "local"]
+SWITCHES: dict[Shown, int] = {"diffuse": 1, "fresnel": 2, "distant": 4, "local": 8}
+OBJECT_ONLY = 16
+
+TRIANGLE_ON_HULL = 1
+
+REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
+BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
+BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
+
+LARGEST_BLEND = 8  # samples of the parameter space in one lookup
+
+FRAME = np.dtype(
+    [
+        ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("lod_bias", "f4"),
+        ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
+        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND, 4)),
+        ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2),
+    ]
+)  # fmt: skip
+_LAYER = np.dtype([("geometry", "f4", 12), ("size", "f4"), ("max_lod", "f4"), ("padding", "f4", 2)])
+PART = np.dtype(
+    [
+        ("distant", _LAYER), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
+        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("padding", "u4", 3),
+    ]
+)  # fmt: skip
+
+# The near plane's distance as a share of the target's. Depth is floating and reversed, so it may be small.
+_NEAR_SHARE = 1e-3
+
+
+def frame_uniform(
+    camera: Camera, sample_count: int, lod_bias: float, blend: Mapping[int, float], switches: int
+) -> np.ndarray:
+    """`FRAME` of a picture; ``blend`` maps slots of the cube arrays to weights."""
+    frame = np.zeros((), FRAME)
+    clip_from_world = camera.clip_from_world(1.0, 2.0)
+    # Reversed depth with an infinite far plane: near/distance, which floats resolve evenly at all distances.
+    clip_from_world[2] = 0.0, 0.0, 0.0, _NEAR_SHARE * np.linalg.norm(np.subtract(camera.target, camera.position))
+    frame["clip_from_world"] = clip_from_world.T
+    frame["eye"] = camera.position
+    frame["ray_corner"], frame["ray_dx"], frame["ray_dy"] = camera.ray_basis()
+    frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
+    frame["width"], frame["height"] = camera.width, camera.height
+    frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)
+    frame["blend"][: len(blend), 0] = list(blend.values())
+    frame["blend"][: len(blend), 1] = list(blend.keys())
+    frame["blend_count"], frame["switches"] = len(blend), switches
+    return frame
+
+
+def switch_bits(shown: Collection[Shown], object_only: bool) -> int:
+    """The frame's switches."""
+    return sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only
+
+
+def part_uniform(part: Part, distant: Layer | None, local: Layer | None) -> np.ndarray:
+    """`PART` of one part and the layers it looks up."""
+    material, out = part.material, np.zeros((), PART)
+    for name, layer in (("distant", distant), ("local", local)):
+        if layer is not None:
+            out[name]["geometry"] = pack(layer.geometry)
+            out[name]["size"], out[name]["max_lod"] = layer.size, np.log2(layer.size)
+    out["base_color"], out["metallic"] = material.base_color, material.metallic
+    out["emission"], out["normal_scale"] = material.emission, material.normal_scale
+    bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * material.double_sided + HAS_LOCAL * (local is not None)
+    has_uv, has_tangents = part.mesh.uv is not None, part.mesh.tangents is not None
+    for texture, present, clamps, usable in (
+        (material.base_color_texture_srgb, BASE_COLOR_TEXTURE, BASE_COLOR_CLAMPS, has_uv),
+        (material.metallic_roughness_texture, METALLIC_ROUGHNESS_TEXTURE, METALLIC_ROUGHNESS_CLAMPS, has_uv),
+        (material.normal_texture, NORMAL_TEXTURE, NORMAL_CLAMPS, has_uv and has_tangents),
+        (material.emission_texture_srgb, EMISSION_TEXTURE, 0, has_uv),
+    ):
+        if texture is not None and usable:
+            bits |= present | clamps * texture.clamp
+    out["bits"] = bits
+    return out
+
+
+def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
+    """Bind group 0."""
+    both = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT
+    fragment = wgpu.ShaderStage.FRAGMENT
+    storage = {"type": "read-only-storage"}
+    return device.create_bind_group_layout(
+        entries=[
+            {"binding": 0, "visibility": both, "buffer": {"type": "uniform"}},
+            {"binding": 1, "visibility": both, "buffer": storage},
+            {"binding": 2, "visibility": both, "buffer": storage},
+            {"binding": 3, "visibility": fragment, "buffer": storage},
+            {"binding": 4, "visibility": fragment, "buffer": storage},
+            {"binding": 5, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
+            {"binding": 6, "visibility": fragment, "sampler": {"type": "filtering"}},
+        ]
+    )
+
+
+def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
+    """Bind group 1."""
+    fragment = wgpu.ShaderStage.FRAGMENT
+
+    def texture(binding: int, dimension: str) -> dict:
+        sampled = {"sample_type": "float", "view_dimension": dimension}
+        return {"binding": binding, "visibility": fragment, "texture": sampled}
+
+    def sampler(binding: int) -> dict:
+        return {"binding": binding, "visibility": fragment, "sampler": {"type": "filtering"}}
+
+    return device.create_bind_group_layout(
+        entries=[
+            {"binding": 0, "visibility": fragment, "buffer": {"type": "uniform"}},
+            *(texture(binding, "2d") for binding in (1, 2, 3, 4)),
+            sampler(5),
+            sampler(6),
+            texture(7, "cube-array"),
+            texture(8, "cube-array"),
+            sampler(9),
+        ]
+    )

@@ -1,0 +1,135 @@
+"""The scene on the device: vertices, triangles, mesh colours, materials."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import wgpu
+
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.render.layouts import FRAME, TRIANGLE_ON_HULL, part_uniform
+from reflet.render.textures import LARGEST_HALF, create_cube_array, cube_array_view, upload_picture
+from reflet.scene.material import Texture
+from reflet.scene.scene import Scene
+
+
+class SceneBuffers:
+    """All of a PEM but its maps, and the bind groups of its draw calls."""
+
+    def __init__(
+        self,
+        device: wgpu.GPUDevice,
+        pem: ParameterizedEnvironmentMap,
+        frame_layout: wgpu.GPUBindGroupLayout,
+        part_layout: wgpu.GPUBindGroupLayout,
+    ) -> None:
+        self._device, self._pem, self._part_layout = device, pem, part_layout
+        self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
+        self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
+        self._no_map = create_cube_array(device, 1, 1)
+        self.frame_uniform = device.create_buffer(
+            size=FRAME.itemsize, usage=wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
+        )
+        scene, colours = pem.scene, pem.irradiance
+        grids = np.stack([colours.resolution, colours.offset], -1)
+        buffers = [_vertices(scene), _triangles(scene, pem.on_hull), grids, colours.radiosity]
+        environment = upload_picture(device, _environment(scene), "rgba16float", mip_mapped=True)
+        self.frame_group = device.create_bind_group(
+            layout=frame_layout,
+            entries=[
+                {"binding": 0, "resource": {"buffer": self.frame_uniform}},
+                *({"binding": 1 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(buffers)),
+                {"binding": 5, "resource": environment.create_view()},
+                {"binding": 6, "resource": _sampler(device, "repeat", "clamp-to-edge")},
+            ],
+        )
+        self._part_uniforms = [self._part_uniform(i) for i in range(len(scene.parts))]
+
+    def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
+        """The bind groups of all parts; ``arrays`` are the cube arrays of the PEM's layers."""
+        views = [cube_array_view(array) for array in arrays]
+        none = cube_array_view(self._no_map)
+        groups = []
+        for i, part in enumerate(self._pem.scene.parts):
+            distant, local = self.layer_of_part(i, "distant"), self.layer_of_part(i, "local")
+            material = part.material
+            base_color, emission = material.base_color_texture_srgb, material.emission_texture_srgb
+            resources = [
+                {"buffer": self._part_uniforms[i]},
+                self._picture(base_color, srgb=True),
+                self._picture(material.metallic_roughness_texture, srgb=False),
+                self._picture(material.normal_texture, srgb=False),
+                self._picture(emission, srgb=True),
+                self._picture_sampler(base_color),
+                self._picture_sampler(emission),
+                none if distant is None else views[distant],
+                none if local is None else views[local],
+                self._samplers["clamp-to-edge"],
+            ]
+            entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
+            groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
+        return groups
+
+    def layer_of_part(self, part: int, kind: str) -> int | None:
+        """Index of the layer of this kind that a part looks up."""
+        found = (i for i, layer in enumerate(self._pem.layers) if layer.kind == kind and part in layer.parts)
+        return next(found, None)
+
+    def _part_uniform(self, part: int) -> wgpu.GPUBuffer:
+        indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))
+        layers = (None if i is None else self._pem.layers[i] for i in indices)
+        data = part_uniform(self._pem.scene.parts[part], *layers)
+        return self._device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM)
+
+    def _storage(self, data: np.ndarray) -> wgpu.GPUBuffer:
+        # A binding may not be empty, a scene without mesh colours is allowed.
+        contents = np.ascontiguousarray(data).tobytes() or bytes(16)
+        return self._device.create_buffer_with_data(data=contents, usage=wgpu.BufferUsage.STORAGE)
+
+    def _picture(self, texture: Texture | None, srgb: bool) -> wgpu.GPUTextureView:
+        key = (id(texture), srgb)
+        if key not in self._pictures:
+            pixels = np.full((1, 1, 4), 255, np.uint8) if texture is None else texture.pixels
+            texture_format = "rgba8unorm-srgb" if srgb else "rgba8unorm"
+            self._pictures[key] = upload_picture(self._device, pixels, texture_format, mip_mapped=srgb)
+        return self._pictures[key].create_view()
+
+    def _picture_sampler(self, texture: Texture | None) -> wgpu.GPUSampler:
+        return self._samplers["clamp-to-edge" if texture is not None and texture.clamp else "repeat"]
+
+
+def _sampler(device: wgpu.GPUDevice, u: str, v: str) -> wgpu.GPUSampler:
+    return device.create_sampler(
+        address_mode_u=u, address_mode_v=v, mag_filter="linear", min_filter="linear", mipmap_filter="linear"
+    )
+
+
+def _vertices(scene: Scene) -> np.ndarray:
+    blocks = []
+    for part in scene.parts:
+        mesh = part.mesh
+        block = np.zeros((len(mesh.positions), 3, 4), np.float32)
+        block[:, 0, :3], block[:, 1, :3] = mesh.positions, mesh.normals
+        if mesh.uv is not None:
+            block[:, 0, 3], block[:, 1, 3] = mesh.uv.T
+        if mesh.tangents is not None:
+            block[:, 2] = mesh.tangents
+        blocks.append(block)
+    return np.concatenate(blocks)
+
+
+def _triangles(scene: Scene, on_hull: np.ndarray) -> np.ndarray:
+    first_vertex = np.cumsum([0] + [len(part.mesh.positions) for part in scene.parts])
+    out = np.empty((scene.triangle_offsets[-1], 4), np.uint32)
+    corners = [part.mesh.triangles + first for part, first in zip(scene.parts, first_vertex, strict=False)]
+    out[:, :3] = np.concatenate(corners)
+    out[:, 3] = np.where(on_hull, TRIANGLE_ON_HULL, 0)
+    return out
+
+
+def _environment(scene: Scene) -> np.ndarray:
+    if scene.environment is None:
+        return np.zeros((1, 1, 4), np.float16)
+    radiance = scene.environment.radiance
+    out = np.ones((*radiance.shape[:2], 4), np.float16)
+    out[..., :3] = np.clip(radiance, 0.0, LARGEST_HALF)
+    return out

@@ -1,0 +1,21 @@
+"""What the rasterizer sees: the triangle of every sub-sample."""
+
+import numpy as np
+
+from reflet.render.renderer import Renderer
+from reflet.scene.camera import Camera
+from reflet.scene.visibility import Visibility
+
+
+def rasterized_visibility(renderer: Renderer, camera: Camera, sample_count: int) -> Visibility:
+    """The sub-samples of a picture that see reflective parts, found by drawing triangle numbers."""
+    pixels, sub_samples, triangles = [], [], []
+    for k in range(sample_count):
+        seen = renderer.visible_triangles(camera, sample_count, k).ravel()
+        pixel = np.flatnonzero(seen)
+        pixels.append(pixel.astype(np.int32))
+        sub_samples.append(np.full(len(pixel), k, np.int32))
+        triangles.append(seen[pixel] - np.uint32(1))
+    pixel, sub_sample, triangle = (np.concatenate(each) for each in (pixels, sub_samples, triangles))
+    order = np.argsort(pixel, kind="stable")  # sub-samples of a pixel are in order already
+    return Visibility(camera, sample_count, pixel[order], sub_sample[order], triangle[order])

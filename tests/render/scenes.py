@@ -1,0 +1,132 @@
+"""Small scenes and PEMs for the renderer's tests, made by hand."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from reflet.envmap.cube import direction_from_face
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import Geometry, InfiniteSphere
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.material import Material
+from reflet.scene.mesh import Mesh
+from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.scene import Part, ReflectiveObject, Scene
+
+MIRROR = Material(base_color=(0.65, 0.65, 0.65), metallic=1.0, perceptual_roughness=0.0)
+
+
+def torus(rings: int = 48, sides: int = 24, major: float = 0.3, minor: float = 0.12) -> Mesh:
+    """Around the y axis, analytic normals, wound counter-clockwise from outside."""
+    u, v = np.meshgrid(np.arange(rings) * 2 * np.pi / rings, np.arange(sides) * 2 * np.pi / sides, indexing="ij")
+    normal = np.stack([np.cos(v) * np.cos(u), np.sin(v), np.cos(v) * np.sin(u)], -1)
+    position = minor * normal + major * np.stack([np.cos(u), np.zeros_like(u), np.sin(u)], -1)
+    i, j = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
+    a, b = i * sides + j, (i + 1) % rings * sides + j
+    c, d = (i + 1) % rings * sides + (j + 1) % sides, i * sides + (j + 1) % sides
+    triangles = np.stack([np.stack([a, c, b], -1), np.stack([a, d, c], -1)], 2).reshape(-1, 3)
+    return mesh(position.reshape(-1, 3), normal.reshape(-1, 3), triangles)
+
+
+def sphere(rings: int = 64, sides: int = 128, radius: float = 0.4) -> Mesh:
+    """Around the origin, analytic normals; the triangles at the poles are left out where they have no area."""
+    v, u = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.arange(sides) * 2 * np.pi / sides, indexing="ij")
+    normal = np.stack([np.sin(v) * np.cos(u), np.cos(v), np.sin(v) * np.sin(u)], -1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
+    a, b = i * sides + j, i * sides + (j + 1) % sides
+    c, d = a + sides, b + sides
+    upper = np.stack([a, b, d], -1)[1:].reshape(-1, 3)
+    lower = np.stack([a, d, c], -1)[:-1].reshape(-1, 3)
+    return mesh(radius * normal, normal, np.concatenate([upper, lower]))
+
+
+def quad(corners: np.ndarray, uv: np.ndarray | None = None) -> Mesh:
+    """Four corners, counter-clockwise seen from the front."""
+    corners = np.asarray(corners, float)
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal /= np.linalg.norm(normal)
+    made = mesh(corners, np.tile(normal, (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]))
+    return made if uv is None else Mesh(made.positions, made.normals, made.triangles, np.asarray(uv, np.float32))
+
+
+def mesh(positions: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> Mesh:
+    """With the records' types."""
+    return Mesh(positions.astype(np.float32), normals.astype(np.float32), triangles.astype(np.uint32))
+
+
+def texel_directions(chain: CubeMipChain) -> np.ndarray:
+    """Directions (not unit) of all texels' centres, (texels, 3)."""
+    out = []
+    for size in chain.level_sizes:
+        centre = (2 * np.arange(size) + 1) / size - 1
+        face, t, s = np.meshgrid(np.arange(6), centre, centre, indexing="ij")
+        out.append(direction_from_face(face, s, t).reshape(-1, 3))
+    return np.concatenate(out)
+
+
+def analytic_map(size: int, radiance: Callable[[np.ndarray], np.ndarray], geometry: Geometry) -> EnvMap:
+    """Texels are ``radiance`` of the unit directions of their centres."""
+    chain = CubeMipChain(size)
+    d = texel_directions(chain)
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    return EnvMap(chain, np.asarray(radiance(d), np.float32), geometry)
+
+
+def random_map(size: int, channels: int, geometry: Geometry, seed: int) -> EnvMap:
+    """Every texel different, radiance in [0, 2]; local ones premultiplied."""
+    chain = CubeMipChain(size)
+    texels = np.random.default_rng(seed).uniform(0.0, 2.0, (chain.texel_count, channels))
+    if channels == 4:
+        texels[:, 3] *= 0.5
+        texels[:, :3] *= texels[:, 3:]
+    return EnvMap(chain, texels.astype(np.float16).astype(np.float32), geometry)
+
+
+def scene_of(*parts: Part) -> Scene:
+    """All reflective parts form one object."""
+    reflective = tuple(i for i, part in enumerate(parts) if part.reflective)
+    return Scene(parts, (ReflectiveObject("object", reflective),) if reflective else ())
+
+
+def pem_of(
+    scene: Scene,
+    distant: list[EnvMap],
+    local: list[EnvMap] | None = None,
+    *,
+    irradiance: IrradianceMap | None = None,
+    on_hull: np.ndarray | None = None,
+    lod_bias: float = -1.0,
+    image_size: int = 64,
+    sample_count: int = 4,
+) -> ParameterizedEnvironmentMap:
+    """One distant map and, if given, one local map for all reflective parts; samples lie 2° apart from azimuth 60°."""
+    parts = scene.objects[0].parts
+    layers = [Layer("distant", "distant", parts, distant[0].geometry, distant[0].chain.size)]
+    maps = [(each,) for each in distant]
+    if local is not None:
+        layers.append(Layer("local", "local", parts, local[0].geometry, local[0].chain.size))
+        maps = list(zip(distant, local, strict=True))
+    count = scene.triangle_offsets[-1]
+    if irradiance is None:
+        irradiance = IrradianceMap(np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.zeros((0, 3), np.float32))
+    values = tuple(60.0 + 2.0 * i for i in range(len(distant)))
+    orbit = Orbit((0.0, 0.0, 0.0), 60.0, 22.0, 1.5, image_size=image_size)
+    return ParameterizedEnvironmentMap(
+        scene=scene,
+        irradiance=irradiance,
+        space=ParameterSpace((Axis("azimuth_deg", values),), orbit),
+        layers=tuple(layers),
+        maps=maps,
+        on_hull=np.zeros(count, bool) if on_hull is None else on_hull,
+        lod_bias=lod_bias,
+        sample_count=sample_count,
+    )
+
+
+def mirror_torus_pem(size: int = 32, samples: int = 1, image_size: int = 64, **options) -> ParameterizedEnvironmentMap:  # type: ignore[no-untyped-def]
+    """A torus under random maps at infinity: any error in lookup or filter shows."""
+    scene = scene_of(Part("torus", torus(), MIRROR, True))
+    maps = [random_map(size, 3, InfiniteSphere(), seed) for seed in range(samples)]
+    return pem_of(scene, maps, image_size=image_size, **options)
