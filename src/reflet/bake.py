@@ -145,7 +145,7 @@ def trace_probes(
             origin = state["origin"].tolist()
             probes.append(StaticProbe((origin[0], origin[1], origin[2]), state["texels"], state["distance"]))
             continue
-        probe = tracer.probe(number, em_origin(tracer.scene, item.parts), size, PROBE_SPP)
+        probe = tracer.probe(number, em_origin(tracer.scene, item.parts), size=size, spp=PROBE_SPP)
         if writer:
             writer.save_state(
                 f"static-{number}", origin=np.array(probe.origin), texels=probe.texels, distance=probe.distance
@@ -184,21 +184,27 @@ def infer_view(
     layers: Sequence[Layer],
     probes: Sequence[StaticProbe],
     on_hull: Bool[np.ndarray, "triangles"],
+    lod_bias: float = LOD_BIAS,
+    *,
+    single_layer: bool = False,
 ) -> list[Solution]:
-    """The maps of all layers at one traced view. Distant ones start from their object's static map."""
+    """The maps of all layers at one traced view. Distant ones start from their object's static map.
+
+    In a PEM of a ``single_layer`` the distant maps show the local reflections too.
+    """
     gbuffer = gbuffer_from_visibility(scene, view.visibility)
     solutions = []
     for layer in layers:
         prior = probes[scene.object_of_part[layer.parts[0]]].texels if layer.kind == "distant" else None
         solutions.append(
             infer_layer(
-                layer.kind,
+                "combined" if single_layer else layer.kind,
                 gbuffer,
                 view.layers,
                 layer.parts,
                 layer.geometry,
                 CubeMipChain(layer.size),
-                LOD_BIAS,
+                lod_bias,
                 prior=prior,
                 on_hull=on_hull,
             )
