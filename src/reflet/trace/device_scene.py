@@ -1,0 +1,129 @@
+"""A scene as flat arrays on the ray tracing device.
+
+All triangles form one mesh, so that a hit's primitive index is the scene's triangle number, and every property of a
+surface is a gather from a table: one kernel serves every material, and nothing of it is compiled per scene.
+"""
+
+from functools import cached_property
+
+import mitsuba as mi
+import numpy as np
+
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.scene import Scene
+
+NO_TEXTURE = 0xFFFFFFFF
+DOUBLE_SIDED = 1  # flags of a part; its object's index + 1 follows in the bits above
+OBJECT_SHIFT = 1
+
+
+class DeviceScene:
+    """Tables of a scene's triangles, parts and textures, and the acceleration structures that rays meet.
+
+    Records are four floats wide where they are gathered, which the device fetches in one packet.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        meshes = [part.mesh for part in scene.parts]
+        starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
+        positions = np.concatenate([mesh.positions for mesh in meshes])
+        zero_uv = [mesh.uv if mesh.uv is not None else np.zeros((len(mesh.positions), 2)) for mesh in meshes]
+        uv = np.concatenate(zero_uv)
+        normals = np.concatenate([mesh.normals for mesh in meshes])
+        tangents = np.concatenate(
+            [mesh.tangents if mesh.tangents is not None else np.zeros((len(mesh.positions), 4)) for mesh in meshes]
+        )
+        self.positions = positions.astype(np.float32)
+        triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
+        self.triangles = np.concatenate(triangles).astype(np.uint32)
+        self.part_of_triangle = np.repeat(np.arange(len(meshes), dtype=np.uint32), np.diff(scene.triangle_offsets))
+        self.object_of_triangle = np.array(scene.object_of_part, np.int32)[self.part_of_triangle]
+
+        self.corners = mi.UInt32(np.column_stack([self.triangles, self.part_of_triangle]).ravel())
+        self.position_u = _floats(np.column_stack([positions, uv[:, 0]]))
+        self.normal_v = _floats(np.column_stack([normals, uv[:, 1]]))
+        self.tangents = _floats(tangents)
+        self._upload_materials()
+        self._upload_environment()
+        self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
+        self._without: dict[int, tuple[mi.Scene | None, mi.UInt32]] = {}
+        none = np.zeros(len(self.triangles), np.uint32)
+        self.set_irradiance(IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
+
+    def without_object(self, index: int) -> tuple["mi.Scene | None", "mi.UInt32"]:
+        """The scene that lacks one object, and the scene's triangle number of each of its triangles.
+
+        The scene is None where nothing else is left.
+        """
+        if index not in self._without:
+            kept = np.flatnonzero(self.object_of_triangle != index).astype(np.uint32)
+            scene = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles[kept])}) if len(kept) else None
+            self._without[index] = scene, mi.UInt32(kept)
+        return self._without[index]
+
+    def set_irradiance(self, irradiance: IrradianceMap) -> None:
+        """Take these mesh colours for all surfaces from now on."""
+        self.radiosity_grid = mi.UInt32(np.column_stack([irradiance.resolution, irradiance.offset]).ravel())
+        self.radiosity = _floats(np.column_stack([irradiance.radiosity, np.zeros(len(irradiance.radiosity))]))
+
+    @cached_property
+    def has_normal_maps(self) -> bool:
+        """Whether any part has a normal map that applies."""
+        return any(part.material.normal_texture and part.mesh.tangents is not None for part in self.scene.parts)
+
+    def _mesh(self, triangles: np.ndarray) -> "mi.Mesh":
+        used, renumbered = np.unique(triangles, return_inverse=True)
+        mesh = mi.Mesh("mesh", len(used), len(triangles), has_vertex_normals=False, has_vertex_texcoords=False)
+        parameters = mi.traverse(mesh)
+        parameters["vertex_positions"] = self.positions[used].ravel()
+        parameters["faces"] = renumbered.astype(np.uint32).ravel()
+        parameters.update()
+        return mesh
+
+    def _upload_materials(self) -> None:
+        texels: list[np.ndarray] = []
+        headers: list[tuple[int, int, int, int]] = []
+        known: dict[int, int] = {}
+
+        def slot(texture) -> int:  # type: ignore[no-untyped-def]
+            if texture is None:
+                return NO_TEXTURE
+            if id(texture) not in known:
+                height, width = texture.pixels.shape[:2]
+                known[id(texture)] = len(headers)
+                headers.append((sum(len(t) for t in texels), width, height, int(texture.clamp)))
+                texels.append(np.ascontiguousarray(texture.pixels).view(np.uint32).ravel())
+            return known[id(texture)]
+
+        colors, emissions, slots, flags = [], [], [], []
+        for part, owner in zip(self.scene.parts, self.scene.object_of_part, strict=True):
+            m = part.material
+            normal_texture = m.normal_texture if part.mesh.tangents is not None else None
+            textured = part.mesh.uv is not None
+            colors.append((*m.base_color, m.metallic))
+            emissions.append((*m.emission, m.normal_scale))
+            four = (m.base_color_texture_srgb, m.metallic_roughness_texture, normal_texture, m.emission_texture_srgb)
+            slots.append([slot(texture if textured else None) for texture in four])
+            flags.append(DOUBLE_SIDED * m.double_sided | (owner + 1) << OBJECT_SHIFT)
+        self.part_color_metallic = _floats(np.array(colors))
+        self.part_emission_scale = _floats(np.array(emissions))
+        self.part_textures = mi.UInt32(np.array(slots, np.uint32).ravel())
+        self.part_flags = mi.UInt32(np.array(flags, np.uint32))
+        self.has_textures = bool(headers)
+        self.texture_headers = mi.UInt32(np.array(headers or [(0, 1, 1, 0)], np.uint32).ravel())
+        self.texels = mi.UInt32(np.concatenate(texels) if texels else np.zeros(1, np.uint32))
+        code = np.arange(256) / 255.0
+        self.linear_from_srgb = mi.Float(
+            np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).astype(np.float32)
+        )
+
+    def _upload_environment(self) -> None:
+        light = self.scene.environment
+        self.environment_size = (0, 0) if light is None else light.radiance.shape[:2]
+        if light is not None:
+            self.environment = _floats(np.dstack([light.radiance, np.zeros(light.radiance.shape[:2])]))
+
+
+def _floats(table: np.ndarray) -> "mi.Float":
+    return mi.Float(np.ascontiguousarray(table, np.float32).ravel())

@@ -1,0 +1,128 @@
+"""Importance sampling of all that emits: triangles by their power, the environment light by its radiance."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from reflet.trace.device_scene import DeviceScene
+from reflet.trace.surface import environment_radiance, surface_at
+
+# Mitsuba's u is atan2(x', -z')/2π and ours 1/2 + atan2(z, x)/2π: it looks along x' = -z, z' = x.
+ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]], np.float64)
+PROBES = 16  # points a triangle at which its emission is averaged for its share of the samples
+
+
+@dataclass
+class LightSample:
+    """Directions towards emitters, their densities per steradian, and the radiance from there if nothing blocks.
+
+    ``distance`` is how far the ray may go unblocked.
+    """
+
+    direction: Any
+    distance: Any
+    density: Any
+    radiance: Any
+
+
+class Emitters:
+    """All emitters of a scene. Triangles and the environment, where both emit, get half of the samples each."""
+
+    def __init__(self, device: DeviceScene) -> None:
+        self.device = device
+        power, area = _triangle_power(device)
+        self.has_triangles = bool(power.any())
+        light = device.scene.environment
+        self.has_environment = light is not None and bool(light.radiance.any())
+        self.environment_share = float(self.has_environment) / (1.0 + float(self.has_triangles))
+        if self.has_triangles:
+            lit = np.flatnonzero(power)
+            chance = power / power.sum() * (1.0 - self.environment_share)
+            self.triangles = mi.UInt32(lit.astype(np.uint32))
+            self.choice = mi.DiscreteDistribution(mi.Float(power[lit].astype(np.float32)))
+            self.density = mi.Float((chance / np.maximum(area, 1e-30)).astype(np.float32))
+        if light is not None and self.has_environment:
+            self.environment = environment_emitter(light.radiance)
+
+    def sample(self, position, u, active) -> LightSample:  # type: ignore[no-untyped-def]
+        """One emitter sample for each position; ``u`` are three uniform numbers in [0, 1)."""
+        none = mi.Bool(False)
+        direction, distance, density = mi.Vector3f(0.0, 1.0, 0.0), mi.Float(1.0), mi.Float(0.0)
+        light = mi.Color3f(0.0)
+        to_environment = active & (u[0] < self.environment_share) if self.has_environment else none
+        if self.has_triangles:
+            on = active & ~to_environment
+            which = (u[0] - self.environment_share) / (1.0 - self.environment_share)
+            triangle = dr.gather(mi.UInt32, self.triangles, self.choice.sample(which, on), on)
+            root = dr.sqrt(u[1])
+            uv = mi.Point2f(root * (1.0 - u[2]), root * u[2])
+            point = _point_on(self.device, triangle, uv, on)
+            away = mi.Vector3f(point - position)
+            distance = dr.norm(away)
+            direction = away / dr.maximum(distance, 1e-20)
+            surface = surface_at(self.device, triangle, uv, direction, on)
+            light = dr.select(surface.visible, surface.emission, 0.0)
+            density = self.density_of_hit(triangle, surface.geometric_normal, direction, distance, surface.visible)
+        if self.has_environment:
+            reference = dr.zeros(mi.Interaction3f)
+            reference.p = mi.Point3f(position)
+            drawn, _ = self.environment.sample_direction(reference, mi.Point2f(u[1], u[2]), to_environment)
+            direction = dr.select(to_environment, drawn.d, direction)
+            distance = dr.select(to_environment, dr.largest(mi.Float), distance)
+            density = dr.select(to_environment, self.density_of_escape(drawn.d, to_environment), density)
+            light = dr.select(to_environment, environment_radiance(self.device, drawn.d, to_environment), light)
+        return LightSample(direction, distance, density, dr.select(density > 0.0, light, 0.0))
+
+    def density_of_hit(self, triangle, normal, direction, distance, active):  # type: ignore[no-untyped-def]
+        """Density per steradian with which `sample` picks the point of a triangle that a ray ends on."""
+        if not self.has_triangles:
+            return mi.Float(0.0)
+        density = dr.gather(mi.Float, self.density, triangle, active)
+        density *= dr.square(distance) / dr.maximum(dr.abs(dr.dot(normal, direction)), 1e-6)
+        return dr.select(active, density, 0.0)
+
+    def density_of_escape(self, direction, active):  # type: ignore[no-untyped-def]
+        """Density per steradian with which `sample` picks a direction of the environment."""
+        if not self.has_environment:
+            return mi.Float(0.0)
+        record = dr.zeros(mi.DirectionSample3f)
+        record.d = mi.Vector3f(direction)
+        density = self.environment.pdf_direction(dr.zeros(mi.Interaction3f), record, active)
+        return density * self.environment_share
+
+
+def environment_emitter(radiance: np.ndarray) -> "mi.Emitter":
+    """Mitsuba's emitter for a lat-long picture in the project's convention."""
+    bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
+    to_world = mi.ScalarTransform4f(np.linalg.inv(ENVIRONMENT_FROM_WORLD))
+    return mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": to_world})
+
+
+def _point_on(device: DeviceScene, triangle, uv, active):  # type: ignore[no-untyped-def]
+    corners = dr.gather(mi.Vector4u, device.corners, triangle, active)
+    a, b, c = (dr.gather(mi.Vector4f, device.position_u, corners[k], active) for k in range(3))
+    point = a * (1.0 - uv.x - uv.y) + b * uv.x + c * uv.y
+    return mi.Point3f(point.x, point.y, point.z)
+
+
+def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
+    """Area times mean luminance of the emission, and area, of every triangle."""
+    corners = device.positions[device.triangles].astype(np.float64)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2.0
+    power = np.zeros(len(area))
+    emits = np.array([any(part.material.emission) for part in device.scene.parts])[device.part_of_triangle]
+    lit = np.flatnonzero(emits).astype(np.uint32)
+    if len(lit):
+        # Points of the R2 sequence, folded into the triangle.
+        x, y = (np.arange(PROBES)[:, None] * [0.7548776662, 0.5698402910] + 0.5).T % 1.0
+        x, y = np.where(x + y > 1.0, 1.0 - x, x), np.where(x + y > 1.0, 1.0 - y, y)
+        uv = mi.Point2f(*(mi.Float(np.tile(c, len(lit)).astype(np.float32)) for c in (x, y)))
+        triangle = mi.UInt32(np.repeat(lit, PROBES))
+        surface = surface_at(device, triangle, uv, mi.Vector3f(0.0, 1.0, 0.0), mi.Bool(True))
+        emission = surface.emission
+        luminance = 0.2126 * emission.x + 0.7152 * emission.y + 0.0722 * emission.z
+        power[lit] = luminance.numpy().reshape(-1, PROBES).mean(-1) * area[lit]
+    return power, area

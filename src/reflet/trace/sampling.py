@@ -1,0 +1,31 @@
+"""Samples on the device: how many at a time, their places, and their means."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Float32
+
+LANES = 1 << 20  # samples traced at a time: about 150 MB of results
+_UNIT = 2.0**-32
+
+
+def shifted_hammersley(sample, count, key, seed):  # type: ignore[no-untyped-def]
+    """Points (x, y) in [0, 1)² number ``sample`` of Hammersley sets of ``count``, each set shifted around the square by
+    an offset that follows from its ``key`` and the ``seed``."""
+    shift_x, shift_y = mi.sample_tea_32(key, seed, 4)
+    x = (mi.Float(sample) + 0.5) / mi.Float(count) + mi.Float(shift_x) * _UNIT
+    # The radical inverse in base 2 and its shift add as 32-bit fractions: the overflow wraps around.
+    y = mi.Float(dr.brev(sample) + shift_y) * _UNIT
+    return x - dr.floor(x), dr.minimum(y, 1.0 - 2.0**-24)
+
+
+def shifts(key, seed):  # type: ignore[no-untyped-def]
+    """A number in [0, 1) for each ``key``, as if random."""
+    bits, _ = mi.sample_tea_32(key, seed, 4)
+    return mi.Float(bits >> 8) * 2.0**-24
+
+
+def block_means(light, count: int) -> Float32[np.ndarray, "blocks 3"]:  # type: ignore[no-untyped-def]
+    """Means over blocks of ``count`` neighbouring lanes of three channels."""
+    dr.eval(light)  # all at once, else every channel's sum would trace anew
+    return np.stack([dr.block_sum(channel, count).numpy() for channel in light], -1) / np.float32(count)

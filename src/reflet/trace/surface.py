@@ -1,0 +1,206 @@
+"""What a ray meets: position, normals and material of a hit, gathered from a `DeviceScene`."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from reflet.trace.device_scene import DOUBLE_SIDED, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
+
+BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
+OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest coordinate there
+
+
+@dataclass
+class Surface:
+    """Hits of many rays at once. ``visible`` are those of a front, or of either side of a double-sided face.
+
+    ``back`` tells that it is the back, whether it is visible or not. ``glow`` is the radiance that leaves towards the
+    ray without mirroring: emission, and diffuse colour times radiosity. ``reflects`` marks visible reflective parts,
+    whose Fresnel reflectance and mirrored ray are ``fresnel`` and ``mirrored``. The unit geometric normal faces the
+    ray, the interpolated ``smooth_normal`` is as the mesh has it. A new ray starts ``offset`` metres off the surface.
+    """
+
+    visible: Any
+    back: Any
+    part: Any
+    object: Any
+    reflects: Any
+    position: Any
+    offset: Any
+    geometric_normal: Any
+    smooth_normal: Any
+    diffuse: Any
+    emission: Any
+    glow: Any
+    fresnel: Any
+    mirrored: Any
+
+
+def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface:  # type: ignore[no-untyped-def]
+    """The surface of scene triangles ``triangle`` at barycentrics ``uv`` (of the second and third vertex), for rays
+    along the unit vectors ``direction``. Lanes that are not ``valid`` hold no meaning."""
+    corners = dr.gather(mi.Vector4u, device.corners, triangle, valid)
+    part = corners.w
+    b1, b2 = uv.x, uv.y
+    b0 = 1.0 - b1 - b2
+    p = [dr.gather(mi.Vector4f, device.position_u, corners[k], valid) for k in range(3)]
+    q = [dr.gather(mi.Vector4f, device.normal_v, corners[k], valid) for k in range(3)]
+    at = p[0] * b0 + p[1] * b1 + p[2] * b2
+    bt = q[0] * b0 + q[1] * b1 + q[2] * b2
+    texcoord = mi.Point2f(at.w, bt.w)
+    position = mi.Point3f(at.x, at.y, at.z)
+    extent = dr.maximum(dr.max(dr.abs(position)), dr.max(dr.abs(mi.Vector3f(p[0].x, p[0].y, p[0].z))))
+
+    flags = dr.gather(mi.UInt32, device.part_flags, part, valid)
+    owner = flags >> OBJECT_SHIFT
+    edge1, edge2 = (mi.Vector3f(v.x, v.y, v.z) for v in (p[1] - p[0], p[2] - p[0]))
+    geometric = dr.select(valid, dr.normalize(dr.cross(edge1, edge2)), -direction)  # never NaN
+    from_behind = dr.dot(geometric, direction) > 0.0
+    double_sided = (flags & DOUBLE_SIDED) != 0
+    visible = valid & (~from_behind | double_sided)
+    geometric = dr.select(from_behind, -geometric, geometric)
+
+    slots = dr.gather(mi.Vector4u, device.part_textures, part, valid)
+    color_metallic = dr.gather(mi.Vector4f, device.part_color_metallic, part, valid)
+    emission_scale = dr.gather(mi.Vector4f, device.part_emission_scale, part, valid)
+    base_color = mi.Color3f(color_metallic.x, color_metallic.y, color_metallic.z)
+    metallic = color_metallic.w
+    emission = mi.Color3f(emission_scale.x, emission_scale.y, emission_scale.z)
+    normal = mi.Vector3f(bt.x, bt.y, bt.z)
+    if device.has_textures:
+        base_color *= _texture(device, slots.x, texcoord, visible, srgb=True)
+        metallic *= _texture(device, slots.y, texcoord, visible & (owner > 0), srgb=False).z
+        emission *= _texture(device, slots.w, texcoord, visible, srgb=True)
+    smooth = _unit(normal, geometric)
+    if device.has_normal_maps:
+        normal = _normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoord, emission_scale.w, visible)
+    normal = _unit(normal, geometric)
+    normal = dr.select(dr.dot(normal, geometric) < 0.0, -normal, normal)
+
+    reflects = visible & (owner > 0)
+    diffuse = dr.select(reflects, base_color * (1.0 - metallic), base_color)
+    f0 = base_color * metallic + 0.04 * (1.0 - metallic)
+    cosine = dr.clip(-dr.dot(direction, normal), 0.0, 1.0)
+    grazing = dr.square(dr.square(1.0 - cosine)) * (1.0 - cosine)
+    fresnel = f0 + (1.0 - f0) * grazing
+    mirrored = direction - 2.0 * dr.dot(direction, normal) * normal
+    above = dr.dot(mirrored, geometric)
+    mirrored = dr.select(above < BEND, dr.normalize(mirrored + (BEND - above) * geometric), mirrored)
+    radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible)
+    return Surface(
+        visible=visible,
+        back=from_behind,
+        part=part,
+        object=owner - 1,
+        reflects=reflects,
+        position=position,
+        offset=extent * OFFSET,
+        geometric_normal=geometric,
+        smooth_normal=smooth,
+        diffuse=diffuse,
+        emission=emission,
+        glow=dr.select(visible, emission + diffuse * radiosity, 0.0),
+        fresnel=fresnel,
+        mirrored=mirrored,
+    )
+
+
+def _unit(vector, otherwise):  # type: ignore[no-untyped-def]
+    squared = dr.squared_norm(vector)
+    return dr.select(squared > 1e-24, vector / dr.sqrt(dr.maximum(squared, 1e-30)), otherwise)
+
+
+def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active):  # type: ignore[no-untyped-def]
+    """Irradiance/π from the mesh colours, linear in each small triangle; black where there are none."""
+    grid = dr.gather(mi.Vector2u, device.radiosity_grid, triangle, active)
+    resolution = grid.x
+    active = active & (resolution > 0)
+    x, y = dr.maximum(b1, 0.0) * resolution, dr.maximum(b2, 0.0) * resolution
+    # Column i and row j of the small square; on the far edge the last square serves.
+    i = dr.minimum(mi.UInt32(x), dr.maximum(resolution, 1) - 1)
+    j = dr.minimum(mi.UInt32(y), dr.maximum(resolution, 1 + i) - 1 - i)
+    fx, fy = x - i, y - j
+    upper = (fx + fy > 1.0) & (i + j + 1 < resolution)
+    # Weights of the corner the small triangle keeps, and of its neighbours (i + 1, j) and (i, j + 1).
+    w_x, w_y = dr.select(upper, 1.0 - fy, fx), dr.select(upper, 1.0 - fx, fy)
+    step = dr.select(upper, mi.UInt32(1), mi.UInt32(0))
+    start = grid.y + dr.select(back, (resolution + 1) * (resolution + 2) // 2, 0)
+
+    def sample(a, b):  # type: ignore[no-untyped-def]
+        index = start + a * (2 * resolution + 3 - a) // 2 + b
+        value = dr.gather(mi.Vector4f, device.radiosity, index, active)
+        return mi.Color3f(value.x, value.y, value.z)
+
+    kept = sample(i + step, j + step)
+    return kept * (1.0 - w_x - w_y) + sample(i + 1, j) * w_x + sample(i, j + 1) * w_y
+
+
+def environment_radiance(device: DeviceScene, direction, active):  # type: ignore[no-untyped-def]
+    """Radiance of the environment light along unit directions, bilinear between the centres of its pixels."""
+    height, width = device.environment_size
+    if not height:
+        return mi.Color3f(0.0)
+    x = (0.5 + dr.atan2(direction.z, direction.x) * dr.inv_two_pi) * width - 0.5
+    y = dr.safe_acos(direction.y) * dr.inv_pi * height - 0.5
+    fx, fy = dr.floor(x), dr.floor(y)
+    column, row = mi.Int32(fx), mi.Int32(fy)
+
+    def pixel(dx: int, dy: int):  # type: ignore[no-untyped-def]
+        c = column + dx
+        c = dr.select(c < 0, c + width, dr.select(c >= width, c - width, c))
+        r = dr.clip(row + dy, 0, height - 1)
+        value = dr.gather(mi.Vector4f, device.environment, mi.UInt32(r * width + c), active)
+        return mi.Color3f(value.x, value.y, value.z)
+
+    top = dr.lerp(pixel(0, 0), pixel(1, 0), x - fx)
+    bottom = dr.lerp(pixel(0, 1), pixel(1, 1), x - fx)
+    return dr.lerp(top, bottom, y - fy)
+
+
+def _texture(device: DeviceScene, slot, uv, active, srgb: bool):  # type: ignore[no-untyped-def]
+    """Bilinear lookup in linear values; white where a lane has no texture."""
+    active = active & (slot != NO_TEXTURE)
+    header = dr.gather(mi.Vector4u, device.texture_headers, slot, active)
+    width, height = mi.Int32(dr.maximum(header.y, 1)), mi.Int32(dr.maximum(header.z, 1))
+    clamp = header.w != 0
+
+    def axis(coordinate, size):  # type: ignore[no-untyped-def]
+        wrapped = dr.select(clamp, dr.clip(coordinate, 0.0, 1.0), coordinate - dr.floor(coordinate))
+        x = wrapped * size - 0.5
+        low = mi.Int32(dr.floor(x))
+        high = low + 1
+        fraction = x - low
+        low = dr.select(low < 0, dr.select(clamp, 0, size - 1), low)
+        high = dr.select(high >= size, dr.select(clamp, size - 1, 0), high)
+        return low, high, fraction
+
+    x0, x1, fx = axis(uv.x, width)
+    y0, y1, fy = axis(uv.y, height)
+
+    def texel(x, y):  # type: ignore[no-untyped-def]
+        packed = dr.gather(mi.UInt32, device.texels, header.x + mi.UInt32(y * width + x), active)
+        channels = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255]
+        if srgb:
+            return mi.Color3f(*(dr.gather(mi.Float, device.linear_from_srgb, c, active) for c in channels))
+        return mi.Color3f(*(mi.Float(c) / 255.0 for c in channels))
+
+    value = dr.lerp(dr.lerp(texel(x0, y0), texel(x1, y0), fx), dr.lerp(texel(x0, y1), texel(x1, y1), fx), fy)
+    return dr.select(active, value, 1.0)
+
+
+def _normal_mapped(device, corners, barycentrics, normal, slot, uv, scale, active):  # type: ignore[no-untyped-def]
+    """The interpolated normal turned by a tangent-space normal map as glTF says; unit bitangent cross(n, t)·w."""
+    active = active & (slot != NO_TEXTURE)
+    tangent, handedness = mi.Vector4f(0.0), mi.Float(1.0)
+    for k in range(3):
+        corner = dr.gather(mi.Vector4f, device.tangents, corners[k], active)
+        tangent += corner * barycentrics[k]
+        handedness = corner.w if k == 0 else handedness
+    along = dr.normalize(mi.Vector3f(tangent.x, tangent.y, tangent.z))
+    n = dr.normalize(normal)
+    across = dr.cross(n, along) * handedness
+    local = _texture(device, slot, uv, active, srgb=False) * 2.0 - 1.0
+    mapped = along * (local.x * scale) + across * (local.y * scale) + n * local.z
+    return dr.select(active, mapped, normal)
