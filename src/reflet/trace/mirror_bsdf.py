@@ -1,0 +1,82 @@
+"""The project's mirror as a BSDF of Mitsuba's, for the path traced reference."""
+
+from functools import cache
+
+import drjit as dr
+import mitsuba as mi
+
+LEAST_CLIMB = 1e-3  # of a mirrored ray above the geometric surface
+
+
+@cache
+def _register(variant: str) -> None:
+    class Mirror(mi.BSDF):  # type: ignore[name-defined, misc]
+        """Schlick's mirror over a diffuse base, exactly as CONVENTIONS.md says; not energy conserving."""
+
+        def __init__(self, properties: "mi.Properties") -> None:
+            super().__init__(properties)
+            self.base_color = properties["base_color"]
+            self.metallic = properties["metallic"]
+            self.double_sided = properties["double_sided"]
+            sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+            self.m_components = [mi.BSDFFlags.DeltaReflection | sides, mi.BSDFFlags.DiffuseReflection | sides]
+            self.m_flags = self.m_components[0] | self.m_components[1]
+
+        def sample(self, context, si, sample1, sample2, active=True):  # type: ignore[no-untyped-def]
+            """Half of the samples mirror, half are diffuse."""
+            towards, ng, n, visible = self._side(si, active)
+            mirrors = visible & (sample1 < 0.5)
+            color, metallic = self.base_color.eval(si, visible), self.metallic.eval_1(si, visible)
+            f0 = color * metallic + 0.04 * (1.0 - metallic)
+            cosine = dr.maximum(dr.dot(towards, n), 0.0)
+            fresnel = f0 + (1.0 - f0) * dr.power(1.0 - cosine, 5)
+            mirrored = 2.0 * dr.dot(towards, n) * n - towards
+            climb = dr.dot(mirrored, ng)
+            bent = dr.normalize(mirrored + (LEAST_CLIMB - climb) * ng)
+            mirrored = dr.select(climb < LEAST_CLIMB, bent, mirrored)
+            scattered = mi.Frame3f(n).to_world(mi.warp.square_to_cosine_hemisphere(sample2))
+
+            drawn = dr.zeros(mi.BSDFSample3f, dr.width(si.p))
+            drawn.wo = si.to_local(dr.select(mirrors, mirrored, scattered))
+            drawn.pdf = dr.select(mirrors, 0.5, 0.5 * dr.dot(n, scattered) * dr.inv_pi)
+            drawn.eta = mi.Float(1.0)
+            drawn.sampled_type = dr.select(
+                mirrors, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DiffuseReflection)
+            )
+            drawn.sampled_component = dr.select(mirrors, mi.UInt32(0), mi.UInt32(1))
+            above = dr.dot(ng, scattered) > 0.0
+            diffuse = dr.select(above, color * (1.0 - metallic), 0.0)
+            return drawn, dr.select(visible, 2.0 * dr.select(mirrors, fresnel, diffuse), 0.0)
+
+        def eval(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
+            """The diffuse base times the cosine."""
+            _, ng, n, visible = self._side(si, active)
+            outgoing = si.to_world(wo)
+            cosine = dr.dot(n, outgoing)
+            lit = visible & (cosine > 0.0) & (dr.dot(ng, outgoing) > 0.0)
+            diffuse = self.base_color.eval(si, lit) * (1.0 - self.metallic.eval_1(si, lit))
+            return dr.select(lit, diffuse * cosine * dr.inv_pi, 0.0)
+
+        def pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
+            """Density of the diffuse half of the samples."""
+            _, _, n, visible = self._side(si, active)
+            return dr.select(visible, 0.5 * dr.maximum(dr.dot(n, si.to_world(wo)), 0.0) * dr.inv_pi, 0.0)
+
+        def eval_pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
+            """Both at once."""
+            return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
+
+        def _side(self, si, active):  # type: ignore[no-untyped-def]
+            """Unit direction to the viewer, geometric and shading normal turned there, and what is not black."""
+            towards = si.to_world(si.wi)
+            front = dr.dot(si.n, towards) > 0.0
+            ng = dr.select(front, si.n, -si.n)
+            n = dr.select(dr.dot(si.sh_frame.n, ng) < 0.0, -si.sh_frame.n, si.sh_frame.n)
+            return towards, ng, n, active & (front | mi.Bool(self.double_sided))
+
+    mi.register_bsdf("reflet_mirror", Mirror)
+
+
+def register_mirror() -> None:
+    """Make the BSDF ``reflet_mirror`` known to the current variant; its textures are ``base_color`` and ``metallic``."""
+    _register(mi.variant())
