@@ -110,7 +110,7 @@ def pem_of(
         maps = list(zip(distant, local, strict=True))
     count = scene.triangle_offsets[-1]
     if irradiance is None:
-        irradiance = IrradianceMap(np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.zeros((0, 3), np.float32))
+        irradiance = IrradianceMap(np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.zeros((1, 3), np.float32))
     values = tuple(60.0 + 2.0 * i for i in range(len(distant)))
     orbit = Orbit((0.0, 0.0, 0.0), 60.0, 22.0, 1.5, image_size=image_size)
     return ParameterizedEnvironmentMap(

@@ -29,7 +29,8 @@ FRAME = np.dtype(
         ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("lod_bias", "f4"),
         ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
         ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND, 4)),
-        ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2),
+        ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2), ("eye_rest", "f4", 4),
+        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)),
     ]
 )  # fmt: skip
 _LAYER = np.dtype([("geometry", "f4", 12), ("size", "f4"), ("max_lod", "f4"), ("padding", "f4", 2)])
@@ -53,8 +54,12 @@ def frame_uniform(
     # Reversed depth with an infinite far plane: near/distance, which floats resolve evenly at all distances.
     clip_from_world[2] = 0.0, 0.0, 0.0, _NEAR_SHARE * np.linalg.norm(np.subtract(camera.target, camera.position))
     frame["clip_from_world"] = clip_from_world.T
-    frame["eye"] = camera.position
-    frame["ray_corner"], frame["ray_dx"], frame["ray_dy"] = camera.ray_basis()
+    corner, dx, dy = camera.ray_basis()
+    frame["eye"], frame["ray_corner"], frame["ray_dx"], frame["ray_dy"] = camera.position, corner, dx, dy
+    frame["eye_rest"][:3] = camera.position - frame["eye"].astype(np.float64)
+    pixel_from_view = np.linalg.inv(np.stack([dx, dy, corner], -1))
+    frame["rows"][:, :3] = pixel_from_view
+    frame["rows_rest"][:, :3] = pixel_from_view - frame["rows"][:, :3].astype(np.float64)
     frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
     frame["width"], frame["height"] = camera.width, camera.height
     frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)

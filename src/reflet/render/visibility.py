@@ -12,10 +12,10 @@ def rasterized_visibility(renderer: Renderer, camera: Camera, sample_count: int)
     pixels, sub_samples, triangles = [], [], []
     for k in range(sample_count):
         seen = renderer.visible_triangles(camera, sample_count, k).ravel()
-        pixel = np.flatnonzero(seen)
-        pixels.append(pixel.astype(np.int32))
-        sub_samples.append(np.full(len(pixel), k, np.int32))
-        triangles.append(seen[pixel] - np.uint32(1))
+        sees = np.flatnonzero(seen)
+        pixels.append(sees.astype(np.int32))
+        sub_samples.append(np.full(len(sees), k, np.int32))
+        triangles.append(seen[sees] - np.uint32(1))
     pixel, sub_sample, triangle = (np.concatenate(each) for each in (pixels, sub_samples, triangles))
     order = np.argsort(pixel, kind="stable")  # sub-samples of a pixel are in order already
     return Visibility(camera, sample_count, pixel[order], sub_sample[order], triangle[order])
