@@ -1,0 +1,81 @@
+// All pipelines, compiled once when the viewer opens.
+
+import { link } from "../shaders";
+
+const DEPTH: GPUTextureFormat = "depth32float";
+
+export interface Pipelines {
+  /** Pictures of one sub-sample a pixel into rgba32float, and of four at once into rgba16float. */
+  readonly picture: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
+  readonly backdrop: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
+  readonly accumulate: GPUComputePipeline;
+  readonly display: GPURenderPipeline;
+  readonly mapView: GPURenderPipeline;
+}
+
+export async function createPipelines(
+  device: GPUDevice,
+  frame: GPUBindGroupLayout,
+  part: GPUBindGroupLayout,
+  screen: GPUTextureFormat,
+): Promise<Pipelines> {
+  const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
+  const picture = module("picture");
+  const backdrop = module("backdrop");
+  const accumulate = module("accumulate");
+
+  const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean) =>
+    device.createRenderPipelineAsync({
+      layout: device.createPipelineLayout({ bindGroupLayouts: name === "picture" ? [frame, part] : [frame] }),
+      vertex: {
+        module: shader,
+        entryPoint: name === "backdrop" ? "vertex_backdrop" : multi ? "vertex_multi" : "vertex_single",
+      },
+      fragment: {
+        module: shader,
+        entryPoint: `${name}_${multi ? "multi" : "single"}`,
+        targets: [{ format: multi ? "rgba16float" : "rgba32float" }],
+      },
+      multisample: { count: multi ? 4 : 1 },
+      depthStencil: {
+        format: DEPTH,
+        depthWriteEnabled: name === "picture",
+        depthCompare: name === "picture" ? "greater" : "greater-equal",
+      },
+    });
+
+  const onScreen = (name: string, vertex: string, fragment: string) => {
+    const shader = module(name);
+    return device.createRenderPipelineAsync({
+      layout: "auto",
+      vertex: { module: shader, entryPoint: vertex },
+      fragment: { module: shader, entryPoint: fragment, targets: [{ format: screen }] },
+    });
+  };
+
+  const summed = device.createBindGroupLayout({
+    entries: [
+      { binding: 0, visibility: GPUShaderStage.COMPUTE, texture: { sampleType: "unfilterable-float" } },
+      { binding: 1, visibility: GPUShaderStage.COMPUTE, buffer: { type: "storage" } },
+    ],
+  });
+  const [single, multi, backdropSingle, backdropMulti, sum, display, mapView] = await Promise.all([
+    drawn(picture, "picture", false),
+    drawn(picture, "picture", true),
+    drawn(backdrop, "backdrop", false),
+    drawn(backdrop, "backdrop", true),
+    device.createComputePipelineAsync({
+      layout: device.createPipelineLayout({ bindGroupLayouts: [summed] }),
+      compute: { module: accumulate, entryPoint: "accumulate" },
+    }),
+    onScreen("display", "vertex_display", "display_sum"),
+    onScreen("map_view", "vertex_map_view", "map_view"),
+  ]);
+  return {
+    picture: { single, multi },
+    backdrop: { single: backdropSingle, multi: backdropMulti },
+    accumulate: sum,
+    display,
+    mapView,
+  };
+}

@@ -1,0 +1,119 @@
+// The maps that are on the device: a bounded set of the parameter space's samples, fetched as the view needs them.
+
+import { cubeLevels } from "../ktx2";
+import { fetchFile, type Pem } from "../pem";
+import { createCubeArray, writeCube } from "./textures";
+
+const MOST_SLOTS = 42; // cubes in one cube array: WebGPU's default of 256 array layers
+const MAP_MEMORY = 512 * 2 ** 20; // bytes of all cube arrays
+const AT_ONCE = 2; // samples on their way at the same time
+const AHEAD = 6; // samples wished for: those shown, and their nearest neighbours
+
+export class ResidentMaps {
+  /** One cube array a layer; a resident sample has the same slot in all of them. */
+  readonly arrays: readonly GPUTexture[];
+  readonly slotCount: number;
+  readonly bytes: number;
+  private readonly slots = new Map<number, number>(); // of samples, the least recently shown first
+  private readonly onTheWay = new Map<number, AbortController>();
+  private wishes: readonly number[] = [];
+
+  /** `onArrival` is called after each sample that has come, `onFailure` with one sentence. */
+  constructor(
+    private readonly device: GPUDevice,
+    private readonly pem: Pem,
+    private readonly onArrival: () => void,
+    private readonly onFailure: (message: string) => void,
+  ) {
+    // A cube of n² texels a face has 6·(4n² - 1)/3 texels of 8 bytes in all its levels.
+    const bytesPerSlot = pem.layers.reduce((sum, layer) => sum + 16 * (4 * layer.size ** 2 - 1), 0);
+    const blended = 2 ** pem.axes.length;
+    const affordable = Math.max(blended, Math.floor(MAP_MEMORY / Math.max(bytesPerSlot, 1)));
+    this.slotCount = Math.min(MOST_SLOTS, affordable, pem.maps.length);
+    this.bytes = this.slotCount * bytesPerSlot;
+    this.arrays = pem.layers.map((layer) => createCubeArray(device, layer.size, this.slotCount));
+  }
+
+  get residentCount(): number {
+    return this.slots.size;
+  }
+
+  has(sample: number): boolean {
+    return this.slots.has(sample);
+  }
+
+  /** Ask for samples, the most wanted first. Those that are no longer wanted stop coming. */
+  wish(samples: readonly number[]): void {
+    this.wishes = samples.slice(0, Math.min(AHEAD, this.slotCount));
+    for (const [sample, controller] of this.onTheWay) {
+      if (!this.wishes.includes(sample)) {
+        this.onTheWay.delete(sample);
+        controller.abort();
+      }
+    }
+    this.fetchNext();
+  }
+
+  /** Slots and weights of what can be shown now: the wanted samples where all are here, else the nearest that is. */
+  shown(wanted: ReadonlyMap<number, number>, byDistance: readonly number[]): Map<number, number> {
+    const complete = [...wanted.keys()].every((sample) => this.slots.has(sample));
+    const nearest = byDistance.find((sample) => this.slots.has(sample));
+    const weights = complete ? wanted : new Map(nearest === undefined ? [] : [[nearest, 1]]);
+    return new Map(
+      [...weights].map(([sample, weight]) => {
+        const slot = this.slots.get(sample) as number;
+        this.slots.delete(sample); // and back in at the end: the most recently shown
+        this.slots.set(sample, slot);
+        return [slot, weight];
+      }),
+    );
+  }
+
+  private fetchNext(): void {
+    for (const sample of this.wishes) {
+      if (this.onTheWay.size >= AT_ONCE) return;
+      if (!this.slots.has(sample) && !this.onTheWay.has(sample)) void this.fetch(sample);
+    }
+  }
+
+  private async fetch(sample: number): Promise<void> {
+    const controller = new AbortController();
+    this.onTheWay.set(sample, controller);
+    try {
+      const files = this.pem.maps[sample] as readonly string[];
+      const maps = await Promise.all(
+        this.pem.layers.map(async ({ size }, k) => {
+          const file = await fetchFile(files[k] as string, controller.signal);
+          return cubeLevels(await file.arrayBuffer(), size, files[k] as string);
+        }),
+      );
+      if (controller.signal.aborted) return;
+      const slot = this.freeSlot();
+      maps.forEach((levels, k) => {
+        writeCube(this.device, this.arrays[k] as GPUTexture, slot, levels);
+      });
+      this.slots.set(sample, slot);
+    } catch (error) {
+      if (controller.signal.aborted) return;
+      this.wishes = []; // until the view moves: a file that is missing would be asked for without end
+      this.onFailure(error instanceof Error ? error.message : String(error));
+      return;
+    } finally {
+      if (this.onTheWay.get(sample) === controller) this.onTheWay.delete(sample);
+    }
+    this.onArrival();
+    this.fetchNext();
+  }
+
+  /** A slot never used, or that of the sample shown least recently which nobody wishes for now. */
+  private freeSlot(): number {
+    if (this.slots.size < this.slotCount) return this.slots.size;
+    for (const [sample, slot] of this.slots) {
+      if (!this.wishes.includes(sample)) {
+        this.slots.delete(sample);
+        return slot;
+      }
+    }
+    throw new Error("All resident maps are wanted at once.");
+  }
+}

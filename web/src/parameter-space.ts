@@ -1,0 +1,60 @@
+// Which samples of the parameter space a view needs: twin of reflet.scene.parameter_space.
+
+export interface Axis {
+  readonly name: string;
+  readonly values: readonly number[];
+}
+
+export type Point = Readonly<Record<string, number>>;
+
+const AZIMUTH = "azimuth_deg";
+
+/** The coordinate on an axis; of all equivalent azimuths the one closest to the axis's range. */
+function coordinate(axis: Axis, point: Point): number {
+  const first = axis.values[0] as number;
+  const last = axis.values.at(-1) as number;
+  const x = point[axis.name] ?? first;
+  return axis.name === AZIMUTH ? x + 360 * Math.round((0.5 * (first + last) - x) / 360) : x;
+}
+
+/** Multilinear weights of the samples around a point, all positive; their sum is 1. */
+export function blendWeights(axes: readonly Axis[], point: Point): Map<number, number> {
+  let corners: { sample: number; weight: number }[] = [{ sample: 0, weight: 1 }];
+  for (const axis of axes) {
+    const { values } = axis;
+    const x = coordinate(axis, point);
+    const above = values.findIndex((value) => value > x);
+    const low = Math.min(Math.max((above < 0 ? values.length : above) - 1, 0), Math.max(values.length - 2, 0));
+    const high = Math.min(low + 1, values.length - 1);
+    const step = (values[high] as number) - (values[low] as number);
+    const t = step > 0 ? Math.min(Math.max((x - (values[low] as number)) / step, 0), 1) : 0;
+    const ends = [
+      { index: low, weight: 1 - t },
+      { index: high, weight: t },
+    ].filter((end) => end.weight > 0);
+    corners = corners.flatMap((corner) =>
+      ends.map((end) => ({
+        sample: corner.sample * values.length + end.index,
+        weight: corner.weight * end.weight,
+      })),
+    );
+  }
+  return new Map(corners.map((corner) => [corner.sample, corner.weight]));
+}
+
+/** The one sample to show when nothing is blended: that of the largest weight, the first of equals. */
+export function nearestSample(weights: ReadonlyMap<number, number>): number {
+  return [...weights].reduce((best, next) => (next[1] > best[1] ? next : best))[0];
+}
+
+/** All samples, the closest to a point first; distances count in steps of each axis. */
+export function samplesByDistance(axes: readonly Axis[], point: Point): number[] {
+  let squared = [0];
+  for (const axis of axes) {
+    const { values } = axis;
+    const x = coordinate(axis, point);
+    const step = ((values.at(-1) as number) - (values[0] as number)) / Math.max(values.length - 1, 1) || 1;
+    squared = squared.flatMap((sum) => values.map((value) => sum + ((value - x) / step) ** 2));
+  }
+  return squared.map((_, sample) => sample).sort((a, b) => (squared[a] as number) - (squared[b] as number) || a - b);
+}

@@ -1,0 +1,13 @@
+// Loading this script makes <reflet-viewer> known to the page.
+
+import { RefletViewer } from "./viewer";
+
+customElements.define("reflet-viewer", RefletViewer);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    "reflet-viewer": RefletViewer;
+  }
+}
+
+export { RefletViewer };
