@@ -5,7 +5,6 @@ All are sRGB in [0, 1], (height, width, 3); coordinates x to the right and y dow
 
 import numpy as np
 from jaxtyping import Float
-from scipy.ndimage import zoom
 
 Picture = Float[np.ndarray, "height width 3"]
 Color = tuple[float, float, float]
@@ -33,8 +32,16 @@ def _noise(height: int, width: int, cells_y: int, cells_x: int, seed: int, octav
     for octave in range(octaves):
         rows, columns = min(cells_y << octave, height), min(cells_x << octave, width)
         lattice = random.random((rows + 1, columns + 1)) * 2.0 - 1.0
-        total += zoom(lattice, (height / (rows + 1), width / (columns + 1)), order=3, mode="nearest") / 2**octave
+        total += _stretched(_stretched(lattice, height).T, width).T / 2**octave
     return total / 2.0
+
+
+def _stretched(lattice: np.ndarray, size: int) -> np.ndarray:
+    """The rows of a lattice blended smoothly into ``size`` rows."""
+    at = (np.arange(size) + 0.5) / size * (len(lattice) - 1)
+    low = at.astype(int)
+    t = (at - low)[:, None]
+    return lattice[low] + (lattice[low + 1] - lattice[low]) * (t * t * (3.0 - 2.0 * t))
 
 
 def checks(height: int, width: int, rows: int, columns: int, a: Color, b: Color) -> Picture:
