@@ -20,6 +20,9 @@ PIXELS_PER_DEGREE = 67.0  # FLIP's default: a 0.7 m wide 4K monitor seen from 0.
 
 Picture = Float[np.ndarray, "height width 3"]
 Mask = Bool[np.ndarray, "height width"]
+Pictures = Float[np.ndarray, "*views height width 3"]
+Masks = Bool[np.ndarray, "*views height width"]
+Crop = Float[np.ndarray, "rows columns 3"]
 
 
 def tone_map(radiance: Float[np.ndarray, "*batch"], exposure: float = EXPOSURE) -> Float[np.ndarray, "*batch"]:
@@ -57,18 +60,13 @@ class SquaredError:
         return float(-10.0 * np.log10(self.total / self.values)) if self.total > 0.0 else float("inf")
 
 
-def squared_error(reference: Picture, image: Picture, mask: Mask, exposure: float = EXPOSURE) -> SquaredError:
+def squared_error(reference: Pictures, image: Pictures, mask: Masks, exposure: float = EXPOSURE) -> SquaredError:
     """The display-mapped pictures' squared error over the mask's pixels, ready to be pooled with other views'."""
     difference = tone_map(image[mask], exposure) - tone_map(reference[mask], exposure)
     return SquaredError(float(np.sum(difference * difference)), difference.size)
 
 
-def display_psnr(
-    reference: Float[np.ndarray, "*views height width 3"],
-    image: Float[np.ndarray, "*views height width 3"],
-    mask: Bool[np.ndarray, "*views height width"],
-    exposure: float = EXPOSURE,
-) -> float:
+def display_psnr(reference: Pictures, image: Pictures, mask: Masks, exposure: float = EXPOSURE) -> float:
     """Display PSNR in dB: that of the tone-mapped pictures (data range 1) over the mask's pixels.
 
     Squared errors are pooled over all views given. Infinite for equal pictures; an empty mask raises `RefletError`.
@@ -76,12 +74,12 @@ def display_psnr(
     return squared_error(reference, image, mask, exposure).psnr
 
 
-def ssim_map(reference: Picture, image: Picture, mask: Mask, exposure: float = EXPOSURE) -> Picture:
+def ssim_map(reference: Picture, image: Picture, mask: Mask, exposure: float = EXPOSURE) -> Crop:
     """Structural similarity of the tone-mapped pictures (data range 1, uniform 7×7 window), per pixel and channel.
 
     The map has the extent of `bounding_box` of the mask.
     """
-    a, b, _ = _display_crops(reference, image, mask, exposure)
+    a, b = _display_crops(reference, image, mask, exposure)
     _, similarity = structural_similarity(a, b, win_size=SSIM_WINDOW, data_range=1.0, channel_axis=-1, full=True)
     return similarity
 
@@ -94,9 +92,9 @@ def ssim(reference: Picture, image: Picture, mask: Mask, exposure: float = EXPOS
 
 def flip_map(
     reference: Picture, image: Picture, mask: Mask, exposure: float = EXPOSURE
-) -> Float[np.ndarray, "height width"]:
+) -> Float[np.ndarray, "rows columns"]:
     """FLIP error in [0, 1] of the tone-mapped pictures, at 67 pixels a degree; extent: `bounding_box` of the mask."""
-    a, b, _ = _display_crops(reference, image, mask, exposure)
+    a, b = _display_crops(reference, image, mask, exposure)
     error, _, _ = flip_evaluator.evaluate(
         a.astype(np.float32),
         b.astype(np.float32),
@@ -129,12 +127,11 @@ def bounding_box(mask: Mask, margin: int = 8) -> tuple[slice, slice]:
     )
 
 
-def _display_crops(reference: Picture, image: Picture, mask: Mask, exposure: float) -> tuple[Picture, Picture, Mask]:
+def _display_crops(reference: Picture, image: Picture, mask: Mask, exposure: float) -> tuple[Crop, Crop]:
     """Both pictures tone-mapped within the mask's bounding box, black outside the mask."""
     box = bounding_box(mask)
     inside = mask[box][..., None]
     return (
         np.where(inside, tone_map(reference[box], exposure), 0.0),
         np.where(inside, tone_map(image[box], exposure), 0.0),
-        mask[box],
     )
