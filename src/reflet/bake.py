@@ -36,7 +36,7 @@ from reflet.scene.surface import gbuffer_from_visibility
 from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
 
-LOD_BIAS = -3.0
+LOD_BIAS = -1.5
 PROBE_SPP = 64
 TIMINGS = "timings.jsonl"
 

@@ -49,7 +49,7 @@ def test_a_plane_mirrors_the_view_ray_at_the_pixel_and_its_neighbours() -> None:
     camera = Camera((0.2, 1.0, 0.6), (0.0, 0.0, 0.0), width=16, height=16)
     gbuffer, xy = see(camera, floor_scene(), [100, 101, 136])
     lookups = gbuffer.lookups[0]
-    for j, offset in enumerate([(0, 0), (1, 0), (0, 1)]):
+    for j, offset in enumerate([(0, 0), (0.25, 0), (0, 0.25)]):
         ray = view_rays(camera, xy + offset)
         hit = np.asarray(camera.position) - ray * (1.0 / ray[:, 1:2])
         # Stored in float32: half a unit in the last place of numbers below 1 is 3e-8.

@@ -14,9 +14,9 @@ def lod_from_neighbours(
 ) -> Float[np.ndarray, "n"]:
     """LOD of lookups in [0, level_count - 1] from three directions each, of any length.
 
-    The first is the lookup itself, the others those of its neighbours one pixel to the right and one pixel down. All
-    are projected on the face that the first meets; rho is the larger distance, in texels of the finest level. A
-    neighbour behind the face plane counts as infinitely far.
+    The first is the lookup itself, the others those of its neighbours to the right and down. All are projected on the
+    face that the first meets; rho is the larger distance, in texels of the finest level. A neighbour behind the face
+    plane counts as infinitely far.
     """
     face, s, t = face_from_direction(direction[0])
     rho = np.zeros(face.shape)

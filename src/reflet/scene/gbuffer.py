@@ -10,8 +10,8 @@ from jaxtyping import Float32, Int32, UInt32
 class Lookups:
     """Weighted lookups of one kind, each for the sub-sample ``sample`` it contributes to.
 
-    ``position`` and ``direction`` hold three rays each: the sample's own mirrored ray, and those one pixel to the right
-    and one pixel down on the same triangle's plane, from which the LOD follows. Directions are unit vectors.
+    ``position`` and ``direction`` hold three rays each: the sample's own mirrored ray, and those a quarter of a pixel
+    to the right and down on the same triangle's plane, from which the LOD follows. Directions are unit vectors.
     """
 
     sample: Int32[np.ndarray, "lookups"]

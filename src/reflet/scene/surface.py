@@ -16,6 +16,7 @@ from reflet.scene.sample_pattern import sample_positions
 from reflet.scene.scene import Scene
 from reflet.scene.visibility import Visibility
 
+NEIGHBOUR_STEP = 0.25  # pixels from a sub-sample to its neighbours: the distance of 16 sub-samples from each other
 FARTHEST_BARYCENTRIC = 20.0  # neighbours on a plane seen edge-on are cut off here
 SMALLEST_CLIMB = 0.001  # the least r·ng of a mirrored ray
 
@@ -42,7 +43,7 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
     _mirror(
-        np.asarray(camera.position, np.float64), *camera.ray_basis(), xy, triangle.astype(np.int64),
+        np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, triangle.astype(np.int64),
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
         surface.texels, surface.textures, position, direction,
     )  # fmt: skip
@@ -150,10 +151,10 @@ def _shading_normal(k, b0, b1, b2, normals, uv, tangents, texture, scales, texel
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _mirror(
-    eye, corner, dx, dy, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
+    eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
     position, direction,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, one pixel right, one pixel down."""
+    """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down."""
     for i in prange(len(triangle)):
         k = triangle[i]
         v = positions[k]
@@ -164,7 +165,7 @@ def _mirror(
         if gx * wx + gy * wy + gz * wz < 0.0:  # the back of a double-sided face
             gx, gy, gz = -gx, -gy, -gz
         for j in range(3):
-            x, y = xy[i, 0] + (j == 1), xy[i, 1] + (j == 2)
+            x, y = xy[i, 0] + step * (j == 1), xy[i, 1] + step * (j == 2)
             dirx, diry, dirz = _normalized(
                 corner[0] + x * dx[0] + y * dy[0], corner[1] + x * dx[1] + y * dy[1], corner[2] + x * dx[2] + y * dy[2]
             )

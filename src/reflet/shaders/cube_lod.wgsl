@@ -1,5 +1,7 @@
 // The LOD policy of env maps (CONVENTIONS.md, twin of reflet.envmap.lod): ours, as drivers differ in theirs.
 
+const NEIGHBOUR_STEP = 0.25;  // pixels from a sub-sample to its neighbours
+
 // A direction with the given axis last: (s, t) up to sign and order, and depth. Distances on a face need no more.
 fn on_face(axis: u32, direction: vec3f) -> vec3f {
   return select(select(direction, direction.xzy, axis == 1u), direction.zyx, axis == 0u);
@@ -12,7 +14,7 @@ fn squared_step(st: vec2f, depth_sign: f32, neighbour: vec3f) -> f32 {
   return select(1e30, dot(gap, gap), depth > 0.0);
 }
 
-// LOD of a lookup in direction d, from the directions dx and dy of the neighbours one pixel right and one pixel down.
+// LOD of a lookup in direction d, from the directions dx and dy of the neighbours right and down.
 fn cube_lod(d: vec3f, dx: vec3f, dy: vec3f, size: f32, lod_bias: f32, max_lod: f32) -> f32 {
   let m = abs(d);
   let axis = select(select(2u, 1u, m.y >= m.z), 0u, m.x >= m.y && m.x >= m.z);

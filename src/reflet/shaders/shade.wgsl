@@ -22,8 +22,8 @@ fn sample_at(triangle: u32, at: vec2f) -> Sample {
 
 // The mirrored rays of a sub-sample whose shading normal is n.
 fn mirrors_of(s: Sample, n: vec3f, at: vec2f) -> Mirrors {
-  let right = hit_plane(s.triangle, at + vec2f(1.0, 0.0));
-  let down = hit_plane(s.triangle, at + vec2f(0.0, 1.0));
+  let right = hit_plane(s.triangle, at + vec2f(NEIGHBOUR_STEP, 0.0));
+  let down = hit_plane(s.triangle, at + vec2f(0.0, NEIGHBOUR_STEP));
   return Mirrors(
     s.hit.p, mirrored(s.hit.ray, n, s.ng),
     right.p, mirrored(right.ray, shading_normal(s.triangle, right.b, s.ng), s.ng),
