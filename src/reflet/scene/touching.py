@@ -21,9 +21,8 @@ def touch(a: Mesh, b: Mesh, tolerance: float) -> bool:
         return False
     tree = cKDTree(near_a)
     stride = 32  # surfaces that touch mostly do so in many points: a few of them tell
-    return any(
-        np.isfinite(tree.query(near_b[start::stride], distance_upper_bound=tolerance)[0]).any() for start in range(stride)
-    )
+    batches = (near_b[start::stride] for start in range(stride))
+    return any(np.isfinite(tree.query(batch, distance_upper_bound=tolerance)[0]).any() for batch in batches)
 
 
 def _points_near(mesh: Mesh, other: Mesh, tolerance: float) -> Points:

@@ -1,0 +1,59 @@
+import errno
+import os
+
+import pytest
+
+from reflet.errors import RefletError
+from reflet.files.atomic import atomic_path, atomic_write
+
+
+def test_writes_the_bytes_into_a_new_folder_and_leaves_nothing_else(tmp_path):
+    target = tmp_path / "deep" / "er" / "map.ktx2"
+    atomic_write(target, b"abc")
+    assert target.read_bytes() == b"abc"
+    assert os.listdir(target.parent) == ["map.ktx2"]
+
+
+def test_file_is_readable_as_the_umask_says(tmp_path):
+    mask = os.umask(0o022)
+    try:
+        atomic_write(tmp_path / "a", b"x")
+    finally:
+        os.umask(mask)
+    assert (tmp_path / "a").stat().st_mode & 0o777 == 0o644
+
+
+def test_a_failing_block_keeps_the_old_file_and_removes_the_new(tmp_path):
+    atomic_write(tmp_path / "a.exr", b"old")
+    with pytest.raises(KeyError), atomic_path(tmp_path / "a.exr") as temporary:
+        assert temporary.suffix == ".exr" and temporary.parent == tmp_path
+        temporary.write_bytes(b"half")
+        raise KeyError
+    assert (tmp_path / "a.exr").read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.exr"]
+
+
+def test_full_disk_is_said_in_one_sentence(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RefletError, match="disk is full"):
+        atomic_write(tmp_path / "a", b"x")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(RefletError, match="a file stands where the folder should be"):
+        atomic_write(tmp_path / "file" / "a", b"x")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_not_be_written_to_is_refused(tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(RefletError, match="may not be written to"):
+            atomic_write(tmp_path / "a", b"x")
+    finally:
+        tmp_path.chmod(0o700)
