@@ -40,18 +40,25 @@ for verb in (bake, render, compare, verify, info, view):
 def main(arguments: list[str] | None = None) -> None:
     """Runs one command and ends the process: status 0, 2 for anything the user can put right, 130 after Ctrl-C."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    warnings.showwarning = _show_warning
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", RefletWarning)
+        warnings.showwarning = _show_warning
+        sys.exit(_run(arguments))
+
+
+def _run(arguments: list[str]) -> int:
+    """The exit status of one command, after its error is said."""
     try:
-        sys.exit(commands.main(arguments, prog_name="reflet", standalone_mode=False) or 0)
+        return int(commands.main(arguments, prog_name="reflet", standalone_mode=False) or 0)
     except RefletError as error:
         click.echo(f"reflet: {error}", err=True)
-        sys.exit(2)
+        return 2
     except click.ClickException as error:
         error.show()
-        sys.exit(2)
+        return 2
     except (click.Abort, KeyboardInterrupt):
         click.echo(_stopped(arguments), err=True)
-        sys.exit(130)
+        return 130
 
 
 def _stopped(arguments: list[str]) -> str:

@@ -11,7 +11,7 @@ from reflet.cli.progress import progress_bar
 @click.command(short_help="Check that the graphics system does what inference believed.")
 @pem_argument
 @click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE", help="Write the result here.")
-def verify(pem: Path, json_path: Path | None) -> None:
+def verify(pem: Path, json_path: Path | None) -> int:
     """Measures the rendering matrix of PEM's first view with coloured test renderings on the adapter present, and
     compares it with the analytic one that the maps were inferred with. Ends with status 1 where they disagree.
 
@@ -32,3 +32,4 @@ def verify(pem: Path, json_path: Path | None) -> None:
     if json_path:
         atomic_write(json_path, (json.dumps(asdict(verification), indent=1) + "\n").encode())
     click.echo(str(verification))
+    return 0 if verification.agrees else 1

@@ -66,7 +66,7 @@ def _first_hit(device, object_index, origin, direction):  # type: ignore[no-unty
     everywhere = mi.Bool(True)
     if others is None:
         hit = dr.zeros(mi.PreliminaryIntersection3f, dr.width(direction))
-        hit.t = mi.Float(dr.inf)
+        hit.t = dr.full(mi.Float, dr.inf, dr.width(direction))
         triangle = mi.UInt32(0)
     else:
         hit = others.ray_intersect_preliminary(mi.Ray3f(eye, direction), coherent=True, active=everywhere)
