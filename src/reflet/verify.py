@@ -1,6 +1,7 @@
 """The check that the graphics system looks maps up as inference believed."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -73,9 +74,7 @@ def verify(
     part_of_sample = gbuffer.row_part[gbuffer.row_of_sample]
     worst, drawn = 0.0, 0
     for kind in sorted({layer.kind for layer in pem.layers}):
-        measured = measured_rendering_matrices(
-            renderer, common, kind, lambda done, total, kind=kind: progress(f"{kind} test renderings", done, total)
-        )
+        measured = measured_rendering_matrices(renderer, common, kind, partial(progress, f"{kind} test renderings"))
         drawn += COLOR_COUNT * pem.sample_count
         for i, matrix in measured.items():
             layer = pem.layers[i]

@@ -1,7 +1,5 @@
 // The LOD policy of env maps (CONVENTIONS.md, twin of reflet.envmap.lod): ours, as drivers differ in theirs.
 
-const NEIGHBOUR_STEP = 0.25;  // pixels from a sub-sample to its neighbours
-
 // A direction with the given axis last: (s, t) up to sign and order, and depth. Distances on a face need no more.
 fn on_face(axis: u32, direction: vec3f) -> vec3f {
   return select(select(direction, direction.xzy, axis == 1u), direction.zyx, axis == 0u);

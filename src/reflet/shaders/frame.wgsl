@@ -47,6 +47,10 @@ const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radian
 
 const TRIANGLE_ON_HULL = 1u;
 
+// Pipelines may be built for one setting of the switches, so that code which is off costs nothing; else all are read from
+// the uniform.
+override SWITCHES: u32 = 0xffffffffu;
+
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> vertices: array<vec4f>;
 @group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
@@ -56,7 +60,7 @@ const TRIANGLE_ON_HULL = 1u;
 @group(0) @binding(6) var environment_sampler: sampler;
 
 fn switched_on(bit: u32) -> bool {
-  return (frame.switches & bit) != 0u;
+  return (select(SWITCHES, frame.switches, SWITCHES == 0xffffffffu) & bit) != 0u;
 }
 
 // The view ray (not of unit length) through pixel coordinates `at`.

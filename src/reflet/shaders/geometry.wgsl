@@ -23,9 +23,8 @@ fn leave_unit_sphere(q: vec3f, v: vec3f) -> f32 {
   return max((sqrt(max(b * b - a * c, 0.0)) - b) / a, 0.0);
 }
 
-// The direction (not of unit length) in which the mirrored unit ray r at point p samples the map.
-fn lookup_direction(g: Geometry, p: vec3f, r: vec3f) -> vec3f {
-  let kind = g.kind_a.x;
+// The direction (not of unit length) in which the mirrored unit ray r at point p samples the map of a geometry of this kind.
+fn lookup_direction(kind: f32, g: Geometry, p: vec3f, r: vec3f) -> vec3f {
   let a = g.kind_a.yzw;
   let b = g.floor_b.yzw;
   let origin = g.origin.yzw;

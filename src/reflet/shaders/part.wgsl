@@ -44,6 +44,12 @@ const PART_BASE_COLOR_CLAMPS = 128u;
 const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
 const PART_NORMAL_CLAMPS = 512u;
 
+// Pipelines may be built for one setting of a part's bits and for the kinds of its geometries, so that code which is off
+// costs nothing; else they are read from the uniform.
+override PART_BITS: u32 = 0xffffffffu;
+override DISTANT_KIND: f32 = -1.0;
+override LOCAL_KIND: f32 = -1.0;
+
 @group(1) @binding(0) var<uniform> part: Part;
 @group(1) @binding(1) var base_color_texture: texture_2d<f32>;
 @group(1) @binding(2) var metallic_roughness_texture: texture_2d<f32>;
@@ -56,5 +62,5 @@ const PART_NORMAL_CLAMPS = 512u;
 @group(1) @binding(9) var map_sampler: sampler;
 
 fn part_is(bit: u32) -> bool {
-  return (part.bits & bit) != 0u;
+  return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
 }

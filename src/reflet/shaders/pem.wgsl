@@ -4,8 +4,8 @@
 
 // Parameterized environment maps: lookups of the layers, blended over samples of the parameter space.
 
-// The three mirrored rays of a sub-sample: its own, and those of its neighbours one pixel right and one pixel down on the
-// same triangle's plane.
+// The three mirrored rays of a sub-sample: its own, and those of its neighbours to the right and down, on the same
+// triangle's plane.
 struct Mirrors {
   p0: vec3f,
   r0: vec3f,
@@ -20,10 +20,18 @@ struct Lookup {
   lod: f32,
 }
 
-fn layer_lookup(layer: Layer, m: Mirrors) -> Lookup {
-  let d = lookup_direction(layer.geometry, m.p0, m.r0);
-  let dx = lookup_direction(layer.geometry, m.p1, m.r1);
-  let dy = lookup_direction(layer.geometry, m.p2, m.r2);
+fn distant_lookup(m: Mirrors) -> Lookup {
+  return layer_lookup(select(DISTANT_KIND, part.distant.geometry.kind_a.x, DISTANT_KIND < 0.0), part.distant, m);
+}
+
+fn local_lookup(m: Mirrors) -> Lookup {
+  return layer_lookup(select(LOCAL_KIND, part.local.geometry.kind_a.x, LOCAL_KIND < 0.0), part.local, m);
+}
+
+fn layer_lookup(kind: f32, layer: Layer, m: Mirrors) -> Lookup {
+  let d = lookup_direction(kind, layer.geometry, m.p0, m.r0);
+  let dx = lookup_direction(kind, layer.geometry, m.p1, m.r1);
+  let dy = lookup_direction(kind, layer.geometry, m.p2, m.r2);
   return Lookup(d, cube_lod(d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
@@ -41,11 +49,11 @@ fn incident_radiance(m: Mirrors, use_local: bool) -> vec3f {
   let use_distant = switched_on(SHOW_DISTANT);
   var near: Lookup;
   if (use_local) {
-    near = layer_lookup(part.local, m);
+    near = local_lookup(m);
   }
   var far: Lookup;
   if (use_distant) {
-    far = layer_lookup(part.distant, m);
+    far = distant_lookup(m);
   }
   var sum = vec3f(0.0);
   for (var k = 0u; k < frame.blend_count; k++) {

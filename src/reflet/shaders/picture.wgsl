@@ -1,4 +1,3 @@
-#import raster
 #import shade
 
 // Program: the picture. Linear radiance, coverage in alpha.
@@ -8,11 +7,11 @@ const LARGEST_HALF = 65504.0;
 // Draws sub-sample `sub_sample` alone, into one sample a pixel.
 @fragment
 fn picture_single(in: Raster) -> @location(0) vec4f {
-  return shade(in.triangle, sub_sample_at(in.position, in.sub_sample));
+  return shade(in, sub_sample_at(in.position, in.identity.z));
 }
 
 // Draws four sub-samples at once, into a half-float target of four samples a pixel.
 @fragment
 fn picture_multi(in: Raster, @builtin(sample_index) sub_sample: u32) -> @location(0) vec4f {
-  return min(shade(in.triangle, sub_sample_at(in.position, sub_sample)), vec4f(LARGEST_HALF));
+  return min(shade(in, sub_sample_at(in.position, sub_sample)), vec4f(LARGEST_HALF));
 }

@@ -1,10 +1,9 @@
-#import raster
 #import shade
 
 // Programs that look into the picture's workings, one sub-sample a pixel: raw lookups, and visible triangles.
 
 fn blended_distant(m: Mirrors) -> vec4f {
-  let l = layer_lookup(part.distant, m);
+  let l = distant_lookup(m);
   var sum = vec4f(0.0);
   for (var k = 0u; k < frame.blend_count; k++) {
     sum += frame.blend[k].x * distant_texel(l, i32(frame.blend[k].y));
@@ -13,7 +12,7 @@ fn blended_distant(m: Mirrors) -> vec4f {
 }
 
 fn blended_local(m: Mirrors) -> vec4f {
-  let l = layer_lookup(part.local, m);
+  let l = local_lookup(m);
   var sum = vec4f(0.0);
   for (var k = 0u; k < frame.blend_count; k++) {
     sum += frame.blend[k].x * local_texel(l, i32(frame.blend[k].y));
@@ -24,28 +23,26 @@ fn blended_local(m: Mirrors) -> vec4f {
 // The distant map's four channels as the lookup gives them; 0 where nothing reflects.
 @fragment
 fn probe_distant(in: Raster) -> @location(0) vec4f {
-  let at = sub_sample_at(in.position, in.sub_sample);
-  let s = sample_at(in.triangle, at);
+  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4f(0.0);
   }
-  return blended_distant(mirrors_of(s, shading_normal(s.triangle, s.hit.b, s.ng), at));
+  return blended_distant(mirrors_of(s, shading_normal(in, s.hits.here.b, s.ng)));
 }
 
 // The local map's four channels; 0 where no local map is looked up.
 @fragment
 fn probe_local(in: Raster) -> @location(0) vec4f {
-  let at = sub_sample_at(in.position, in.sub_sample);
-  let s = sample_at(in.triangle, at);
+  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
   if (!s.visible || !part_is(PART_REFLECTIVE) || !may_see_itself(s)) {
     return vec4f(0.0);
   }
-  return blended_local(mirrors_of(s, shading_normal(s.triangle, s.hit.b, s.ng), at));
+  return blended_local(mirrors_of(s, shading_normal(in, s.hits.here.b, s.ng)));
 }
 
 // 1 + the number of the visible triangle of a reflective part, into r32uint; 0 elsewhere.
 @fragment
 fn probe_triangle(in: Raster) -> @location(0) u32 {
-  let s = sample_at(in.triangle, sub_sample_at(in.position, in.sub_sample));
-  return select(0u, in.triangle + 1u, s.visible && part_is(PART_REFLECTIVE));
+  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
+  return select(0u, in.identity.x + 1u, s.visible && part_is(PART_REFLECTIVE));
 }

@@ -1,24 +1,9 @@
-#import frame
+#import raster
 #import part
 #import bilinear
-#import precise
 
 // The exact path: the surface at any pixel position of a triangle's plane, from the triangle's own vertices. Nothing is
 // interpolated by the rasterizer, so that all drivers agree.
-
-// A triangle seen from the eye. Its corners' projections (pixel position times depth, and depth) are kept precisely: what a
-// ray far from the corners, or a triangle seen nearly edge-on, makes of them is a difference of nearly equal numbers.
-struct Triangle {
-  corners: vec3u,
-  bits: u32,
-  a: vec3f,
-  e1: vec3f,
-  e2: vec3f,
-  normal: vec3f,     // e1 × e2: towards the front, not of unit length
-  pixel_x: Precise,  // components belong to the three corners
-  pixel_y: Precise,
-  depth: Precise,
-}
 
 const FARTHEST_BARYCENTRIC = 20.0;  // neighbours on a plane seen edge-on are cut off here
 
@@ -29,55 +14,45 @@ struct Hit {
   p: vec3f,
 }
 
-fn scaled(a: Precise, factor: f32, factor_rest: f32) -> Precise {
-  return precise_product(a, Precise(vec3f(factor), vec3f(factor_rest)));
-}
-
-fn load_triangle(number: u32) -> Triangle {
-  let entry = triangles[number];
-  var t: Triangle;
-  t.corners = entry.xyz * 3u;
-  t.bits = entry.w;
-  t.a = vertices[t.corners.x].xyz;
-  let b = vertices[t.corners.y].xyz;
-  let c = vertices[t.corners.z].xyz;
-  t.e1 = b - t.a;
-  t.e2 = c - t.a;
-  t.normal = cross(t.e1, t.e2);
-  let none = vec3f(0.0);
-  let x = precise_difference(Precise(vec3f(t.a.x, b.x, c.x), none), Precise(vec3f(frame.eye.x), vec3f(frame.eye_rest.x)));
-  let y = precise_difference(Precise(vec3f(t.a.y, b.y, c.y), none), Precise(vec3f(frame.eye.y), vec3f(frame.eye_rest.y)));
-  let z = precise_difference(Precise(vec3f(t.a.z, b.z, c.z), none), Precise(vec3f(frame.eye.z), vec3f(frame.eye_rest.z)));
-  t.pixel_x = project(x, y, z, frame.pixel_x, frame.pixel_x_rest);
-  t.pixel_y = project(x, y, z, frame.pixel_y, frame.pixel_y_rest);
-  t.depth = project(x, y, z, frame.depth, frame.depth_rest);
-  return t;
-}
-
-// row·(x, y, z) of the three corners.
-fn project(x: Precise, y: Precise, z: Precise, row: vec3f, rest: vec3f) -> Precise {
-  return precise_sum(precise_sum(scaled(x, row.x, rest.x), scaled(y, row.y, rest.y)), scaled(z, row.z, rest.z));
-}
-
-// From a pixel position to the corners', times their depths: (u, v). The ray through the position meets the plane where
-// Σ b (u, v) = 0 over the corners, so that b is proportional to the cross products of the other two corners' (u, v).
-fn hit_plane(t: Triangle, at: vec2f) -> Hit {
-  let u = precise_difference(t.pixel_x, scaled(t.depth, at.x, 0.0));
-  let v = precise_difference(t.pixel_y, scaled(t.depth, at.y, 0.0));
-  let left = precise_product(Precise(u.value.yzx, u.rest.yzx), Precise(v.value.zxy, v.rest.zxy));
-  let right = precise_product(Precise(u.value.zxy, u.rest.zxy), Precise(v.value.yzx, v.rest.yzx));
-  let areas = precise_difference(left, right).value;
-  let b = clamp(areas.yz / (areas.x + areas.y + areas.z), vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC));
+fn hit_at(t: Raster, at: vec2f, area: vec3f) -> Hit {
+  let b = clamp(area.yz / (area.x + area.y + area.z), vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC));
   return Hit(normalize(view_ray(at)), b, t.a + b.x * t.e1 + b.y * t.e2);
 }
 
-// A vertex value (0: position and u, 1: normal and v, 2: tangent) at barycentric coordinates b.
-fn interpolated(t: Triangle, which: u32, b: vec2f) -> vec4f {
-  let first = vertices[t.corners.x + which];
-  return first + b.x * (vertices[t.corners.y + which] - first) + b.y * (vertices[t.corners.z + which] - first);
+const NEIGHBOUR_STEP = 0.25;  // pixels from a sub-sample to the neighbours that its LOD follows from
+
+// Under a pixel position, and under its neighbours to the right and below.
+struct Hits {
+  here: Hit,
+  right: Hit,
+  down: Hit,
 }
 
-fn texture_uv(t: Triangle, b: vec2f) -> vec2f {
+// What one step adds. The step is a power of two: nothing is rounded.
+fn a_step(per_pixel: Precise) -> Precise {
+  return Precise(per_pixel.value * NEIGHBOUR_STEP, per_pixel.rest * NEIGHBOUR_STEP);
+}
+
+fn hits_of(t: Raster, at: vec2f) -> Hits {
+  let gap = at - vec2f(t.area.w, t.area_rest.w);
+  let area_x = Precise(t.area_x, t.area_x_rest);
+  let area_y = Precise(t.area_y, t.area_y_rest);
+  let area = precise_sum(
+    precise_sum(Precise(t.area.xyz, t.area_rest.xyz), scaled(area_x, gap.x, 0.0)), scaled(area_y, gap.y, 0.0));
+  return Hits(
+    hit_at(t, at, area.value),
+    hit_at(t, at + vec2f(NEIGHBOUR_STEP, 0.0), precise_sum(area, a_step(area_x)).value),
+    hit_at(t, at + vec2f(0.0, NEIGHBOUR_STEP), precise_sum(area, a_step(area_y)).value));
+}
+
+// A vertex value (0: position and u, 1: normal and v, 2: tangent) at barycentric coordinates b.
+fn interpolated(t: Raster, which: u32, b: vec2f) -> vec4f {
+  let corners = 3u * triangles[t.identity.x] + which;
+  let first = vertices[corners.x];
+  return first + b.x * (vertices[corners.y] - first) + b.y * (vertices[corners.z] - first);
+}
+
+fn texture_uv(t: Raster, b: vec2f) -> vec2f {
   return vec2f(interpolated(t, 0u, b).w, interpolated(t, 1u, b).w);
 }
 
@@ -88,11 +63,11 @@ fn unit(v: vec3f, ng: vec3f) -> vec3f {
 }
 
 // Unit shading normal: interpolated, normal-mapped where the part says so, and turned to the side of ng.
-fn shading_normal(t: Triangle, b: vec2f, ng: vec3f) -> vec3f {
-  var n = unit(interpolated(t, 1u, b).xyz, ng);
+fn shading_normal(t: Raster, b: vec2f, ng: vec3f) -> vec3f {
+  var n = unit(t.normal0 + b.x * (t.normal1 - t.normal0) + b.y * (t.normal2 - t.normal0), ng);
   if (part_is(PART_NORMAL_TEXTURE)) {
     let tangent = unit(interpolated(t, 2u, b).xyz, vec3f(0.0));
-    let bitangent = cross(n, tangent) * vertices[t.corners.x + 2u].w;
+    let bitangent = cross(n, tangent) * vertices[3u * triangles[t.identity.x].x + 2u].w;
     let texel = bilinear(normal_texture, texture_uv(t, b), part_is(PART_NORMAL_CLAMPS)).xyz * 2.0 - 1.0;
     n = unit(part.normal_scale * (texel.x * tangent + texel.y * bitangent) + texel.z * n, ng);
   }
