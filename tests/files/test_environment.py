@@ -139,8 +139,9 @@ def test_other_files_are_refused(tmp_path):
     write_exr(tmp_path / "square.exr", np.ones((8, 8, 3), np.float32))
     (tmp_path / "damaged.exr").write_bytes((tmp_path / "square.exr").read_bytes()[:300])
     (tmp_path / "a.jpg").write_bytes(b"")
-    for name, sentence in (("square.exr", "twice as wide"), ("damaged.exr", "not a readable OpenEXR"),
-                           ("a.jpg", "lat-long"), ("none.hdr", "cannot be read"), ("none.exr", "does not exist")):  # fmt: skip
+    refusals = {"square.exr": "twice as wide", "damaged.exr": "not a readable OpenEXR", "a.jpg": "lat-long",
+                "none.hdr": "cannot be read", "none.exr": "does not exist"}  # fmt: skip
+    for name, sentence in refusals.items():
         with pytest.raises(RefletError, match=sentence):
             read_environment(tmp_path / name)
 

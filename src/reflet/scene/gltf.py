@@ -155,7 +155,7 @@ class _Reader:
             )
         linear = world_from_node[:3, :3]
         positions = local @ linear.T + world_from_node[:3, 3]
-        mirrored = np.linalg.det(linear) < 0.0
+        mirrored = bool(np.linalg.det(linear) < 0.0)
         if mirrored:  # [glTF 2.0, 3.7.4]: the winding turns with the sign of the determinant
             triangles = triangles[:, ::-1]
         uv = None

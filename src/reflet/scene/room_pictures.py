@@ -101,8 +101,10 @@ def papered(height: int, width: int, a: Color, b: Color, count: int) -> Picture:
     return np.clip(_choose((y < 0.045).astype(float), cornice, wall), 0.0, 1.0)
 
 
-def framed(picture: Picture, frame: Color = (0.62, 0.45, 0.16), border: int = 10) -> Picture:
-    """A picture in a frame with a white mount."""
+def framed(
+    picture: Picture, frame: Color = (0.62, 0.45, 0.16), border: int = 10
+) -> Float[np.ndarray, "framed_height framed_width 3"]:
+    """A picture in a frame with a white mount, twice ``border`` texels larger on every side."""
     mount = np.pad(picture, ((border, border), (border, border), (0, 0)), constant_values=0.95)
     b = border
     out = np.empty((mount.shape[0] + 2 * b, mount.shape[1] + 2 * b, 3))

@@ -138,14 +138,14 @@ def _wall_pictures(room: _Furnisher) -> None:
     room.add(quad((x, 1.40, -1.55), (0, 0, 0.80), (0, -0.64, 0), paintings["rings"]))
     room.add(quad((-x, 1.38, -0.75), (0, 0, -0.62), (0, -0.62, 0), paintings["wheel"]))
     white = room.tile(pictures.plain((0.92, 0.91, 0.87)))
-    frame_x = HALF_WIDTH - 0.02
+    frame_x = HALF_WIDTH - 0.03
     for row in range(4):  # the window's bars: across, then upright
         room.add(box((frame_x, 1.54 - 0.42 * row, 0.94), (0.05, 0.045, 0.98), white))
     for column in range(3):
         room.add(box((frame_x, 0.91, 0.48 + 0.46 * column), (0.05, 1.30, 0.045), white))
     curtain = room.tile(pictures.stripes(64, 128, 8, [(0.62, 0.16, 0.17), (0.72, 0.22, 0.21), (0.54, 0.12, 0.14)]))
     for centre in (0.30, 1.58):
-        room.add(box((frame_x, 0.72, centre), (0.10, 2.0, 0.22), curtain))
+        room.add(box((frame_x - 0.03, 0.72, centre), (0.10, 2.0, 0.22), curtain))
 
 
 def _furniture(room: _Furnisher) -> None:

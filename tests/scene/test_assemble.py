@@ -1,0 +1,144 @@
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reflet.errors import RefletError, RefletWarning
+from reflet.scene.assemble import assemble
+from reflet.scene.material import MIRROR, EnvironmentLight, Material, Texture
+from reflet.scene.mesh import Mesh
+from reflet.scene.scene import Part
+from reflet.scene.solids import box
+from reflet.scene.surface_mean import surface_mean, surface_points
+from reflet.scene.touching import touch
+
+SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))
+PAINT = Material("paint", metallic=0.0)
+
+
+def cube(centre=(0.0, 0.0, 0.0), size=1.0):
+    solid = box(centre, (size, size, size), 0)
+    triangles = np.arange(len(solid.corners), dtype=np.uint32).reshape(-1, 3)
+    at, normals, uv = (np.asarray(x, np.float32) for x in (solid.corners, solid.normals, solid.uv))
+    return Mesh(at, normals.copy(), triangles, uv)
+
+
+def triangle(*corners):
+    at = np.array(corners, np.float32)
+    return Mesh(at, np.tile(np.float32([0, 1, 0]), (3, 1)), np.array([[0, 1, 2]], np.uint32))
+
+
+def test_metals_reflect_up_to_roughness_030_and_the_rest_does_not():
+    materials = {"mirror": MIRROR, "brushed": Material(perceptual_roughness=0.3), "matt": Material(), "paint": PAINT}
+    with pytest.warns(RefletWarning, match=r"brushed \(0\.30\)"):
+        parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate(materials.items())]
+        scene = assemble(parts, environment=SKY)
+    assert [part.reflective for part in scene.parts] == [True, True, False, False]
+    assert [(item.name, item.parts) for item in scene.objects] == [("mirror", (0,)), ("brushed", (1,))]
+    assert scene.object_of_part == (0, 1, -1, -1)
+
+
+def test_names_are_forced_whatever_their_case_and_with_stars():
+    parts = [Part(n, cube((3.0 * k, 0, 0)), PAINT) for k, n in enumerate(("Vase left", "Vase right", "Table"))]
+    with pytest.warns(RefletWarning, match="perfect mirrors"):
+        scene = assemble(parts, environment=SKY, reflect=["vase*"])
+    assert [part.reflective for part in scene.parts] == [True, True, False]
+    with pytest.raises(RefletError, match="No part is named lamp; --reflect can name Vase left, Vase right, Table"):
+        assemble(parts, environment=SKY, reflect=["lamp"])
+    with pytest.raises(RefletError, match="--reflect NAME from Vase left"):
+        assemble(parts, environment=SKY)
+
+
+def test_names_become_unique():
+    names = ["a", "A", "a", "", "a_2"]
+    scene = assemble([Part(n, cube((3.0 * k, 0, 0)), MIRROR) for k, n in enumerate(names)], environment=SKY)
+    assert [part.name for part in scene.parts] == ["a", "A_2", "a_3", "part", "a_2_2"]
+
+
+def test_light_is_asked_for():
+    with pytest.raises(RefletError, match="--environment"):
+        assemble([Part("a", cube(), MIRROR)])
+    dark = Texture(np.zeros((1, 1, 4), np.uint8))
+    with pytest.raises(RefletError, match="--environment"):
+        assemble([Part("a", cube(), replace(MIRROR, emission=(1.0, 1.0, 1.0), emission_texture_srgb=dark))])
+    assert assemble([Part("a", cube(), replace(MIRROR, emission=(0.0, 0.1, 0.0)))]).environment is None
+
+
+@pytest.mark.parametrize(("gap", "objects"), [(-0.2, 1), (0.0, 1), (0.02, 1), (0.2, 2)])
+def test_what_touches_is_one_object(gap, objects):
+    """Boxes 1 m wide whose corners are far from one another: crossing, touching, almost, and apart."""
+    parts = [Part("a", cube(), MIRROR), Part("b", cube((1.0 + gap, 0.3, 0.2)), MIRROR)]
+    assert len(assemble(parts, environment=SKY).objects) == objects
+
+
+def test_touching_is_transitive_and_shells_of_one_part_stay_together():
+    apart = cube((50.0, 0, 0))
+    both = Mesh(np.concatenate([cube().positions, apart.positions]), np.concatenate([cube().normals, apart.normals]),
+                np.concatenate([cube().triangles, apart.triangles + 36]))  # fmt: skip
+    parts = [Part("a", both, MIRROR), Part("c", cube((2.0, 0, 0)), MIRROR), Part("b", cube((1.0, 0, 0)), MIRROR)]
+    scene = assemble(parts, environment=SKY)
+    assert [item.parts for item in scene.objects] == [(0, 1, 2)]
+
+
+def test_distance_of_a_point_over_a_face_and_of_crossing_edges():
+    """Closed forms: a triangle's tip over the middle of a large face, and two skew edges at a known distance."""
+    floor = triangle((-5, 0, -5), (5, 0, -5), (0, 0, 8))
+    tip = triangle((0, 0.5, 0), (0.3, 2, 0), (-0.3, 2, 0.1))
+    ridge, wire = triangle((-1, 0, 0), (1, 0, 0), (0, -3, 0)), triangle((0, 0.5, -1), (0, 0.5, 1), (0, 4, 0))
+    for a, b in ((floor, tip), (ridge, wire)):
+        assert touch(a, b, 0.5 / 0.7) and touch(b, a, 0.5 / 0.7)  # promised up to 0.7 of the tolerance
+        assert not touch(a, b, 0.499)
+
+
+def test_texture_means_are_weighted_by_area():
+    """Left half of the texture rough 1 and no metal, right half 0 and metal; 3/4 of the area wear the right half."""
+    pixels = np.zeros((4, 8, 4), np.uint8)
+    pixels[:, :4, 1], pixels[:, 4:, 2] = 255, 255
+    at = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0], [4, 0, 0], [4, 1, 0], [1, 1, 0]])
+    u = np.float32([0.01, 0.49, 0.49, 0.01, 0.51, 0.99, 0.99, 0.51])
+    uv = np.column_stack([u, at[:, 1]]).astype(np.float32)
+    mesh = Mesh(at, np.tile(np.float32([0, 0, 1]), (8, 1)),
+                np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32), uv)  # fmt: skip
+    material = Material(perceptual_roughness=0.8, metallic_roughness_texture=Texture(pixels))
+    # 16384 stratified points: each half's count is exact to one point
+    np.testing.assert_allclose(surface_mean(Part("a", mesh, material)), (0.75, 0.8 * 0.25), atol=1e-3)
+    triangle_of, weights = surface_points(mesh, 8000)
+    np.testing.assert_allclose(np.bincount(triangle_of) / 8000, [1 / 8, 1 / 8, 3 / 8, 3 / 8], atol=1e-3)
+    np.testing.assert_allclose(weights.mean(axis=0), 1.0 / 3.0, atol=0.005)  # low discrepancy: about 1/√8000 at worst
+    assert (weights >= 0.0).all()
+
+
+def test_zero_area_triangles_and_unused_vertices_are_dropped():
+    mesh = cube()
+    spoilt = replace(mesh, triangles=np.vstack([[[0, 0, 1], [0, 1, 1]], mesh.triangles[:-2]]).astype(np.uint32))
+    with pytest.warns(RefletWarning, match="2 triangles without area"):
+        scene = assemble([Part("a", spoilt, MIRROR)], environment=SKY)
+    kept = scene.parts[0].mesh
+    assert len(kept.triangles) == 10 and len(kept.positions) == 30
+    np.testing.assert_array_equal(kept.positions[kept.triangles], mesh.positions[mesh.triangles[:-2]])
+    with pytest.raises(RefletError, match="holds no triangles"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RefletWarning)
+        assemble([Part("a", replace(mesh, triangles=np.array([[0, 0, 1]], np.uint32)), MIRROR)], environment=SKY)
+
+
+def test_normals_without_length_become_the_faces_and_others_unit():
+    mesh = cube()
+    normals = mesh.normals * 3.0
+    normals[:3] = 0.0
+    scene = assemble([Part("a", replace(mesh, normals=normals), MIRROR)], environment=SKY)
+    np.testing.assert_allclose(scene.parts[0].mesh.normals, mesh.normals, atol=1e-6)
+
+
+def test_impossible_geometry_is_refused():
+    mesh = cube()
+    for field in ("positions", "normals", "uv"):
+        broken = getattr(mesh, field).copy()
+        broken[3, 1] = np.nan
+        with pytest.raises(RefletError, match=r"Part a .*not finite"):
+            assemble([Part("a", replace(mesh, **{field: broken}), MIRROR)], environment=SKY)
+    with pytest.raises(RefletError, match="vertex 99 of 36"):
+        broken_triangles = np.array([[0, 1, 99]], np.uint32)
+        assemble([Part("a", replace(mesh, triangles=broken_triangles), MIRROR)], environment=SKY)
+    with pytest.raises(RefletError, match="holds no triangles"):
+        assemble([], environment=SKY)

@@ -1,0 +1,71 @@
+"""Real files: every one loads and assembles, or is refused with one true sentence."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reflet.errors import RefletError, RefletWarning
+from reflet.scene.assemble import assemble
+from reflet.scene.corners import corner_tangents
+from reflet.scene.framing import check_camera, frame_orbit
+from reflet.scene.gltf import read_gltf
+from reflet.scene.hull import hull_triangles
+from reflet.scene.material import EnvironmentLight
+from reflet.scene.obj import read_obj
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))
+MODELS = {  # triangles as the data's notes say, and whether anything reflects unasked
+    "torus.glb": (1152, True), "spot.obj": (5856, True), "shaderball.glb": (88264, False),
+    "Suzanne/Suzanne.gltf": (3936, False), "WaterBottle/WaterBottle.gltf": (4510, False),
+    "boombox_nomat.glb": (6036, True), "IridescenceLamp.glb": (18866, True), "ClearCoatTest.glb": (37116, False),
+    "NormalTangentMirrorTest.glb": (5240, False), "AnisotropyDiscTest.glb": (2788, True),
+    "Ingenuity_decoded.glb": (9060, True),
+}  # fmt: skip
+
+pytestmark = pytest.mark.skipif(not DATA.exists(), reason="needs the shared data")
+
+
+def read(name):
+    path = DATA / name
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RefletWarning)
+        return read_obj(path) if path.suffix == ".obj" else read_gltf(path)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_models_assemble_or_are_refused(name):
+    triangles, reflects = MODELS[name]
+    parts = read(f"models/{name}")
+    assert sum(len(part.mesh.triangles) for part in parts) == triangles
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RefletWarning)
+        if not reflects:
+            with pytest.raises(RefletError, match="No part reflects"):
+                assemble(parts, environment=SKY)
+        scene = assemble(parts, environment=SKY, reflect=() if reflects else ("*",))
+    assert scene.objects and len({part.name for part in scene.parts}) == len(scene.parts)
+    check_camera(scene, frame_orbit(scene).camera())
+
+
+def test_bench_scene():
+    scene = assemble(read("bench/teapot-bench.glb"))
+    assert [len(item.parts) for item in scene.objects] == [4]
+    lamp = next(part for part in scene.parts if part.name == "light")
+    assert lamp.material.emission == (9.0, 9.0, 9.0)
+    share = hull_triangles(scene)[scene.triangle_offsets[2] :].mean()
+    assert 0.20 < share < 0.27  # 23 % of the triangles
+
+
+@pytest.mark.parametrize("name", ["WaterBottle/WaterBottle.gltf", "NormalTangentMirrorTest.glb"])
+def test_computed_tangents_agree_with_those_of_the_file(name):
+    """The files' tangents come from MikkTSpace, mirrored mappings included."""
+    mesh = read(f"models/{name}")[0].mesh
+    corner = mesh.triangles.ravel()
+    ours = corner_tangents(mesh.positions[corner], mesh.normals[corner].astype(float), mesh.uv[corner].astype(float))
+    theirs = mesh.tangents[corner]
+    assert (ours[:, 3] == theirs[:, 3]).mean() > 0.98
+    agreement = np.einsum("ci,ci->c", ours[:, :3], theirs[:, :3])
+    assert np.median(agreement) > 0.999 and (agreement > 0.9).mean() > 0.95  # exporters weld and split differently
