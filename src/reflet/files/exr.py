@@ -1,6 +1,8 @@
 """OpenEXR pictures."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Literal
 
 import numpy as np
@@ -28,6 +30,19 @@ def write_exr(path: str | os.PathLike[str], image: Float32[np.ndarray, "height w
             raise RefletError(f"{path} cannot be written ({error}); is the disk full?") from error
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keeps what the library prints about damaged files, beside raising, from the process's standard error."""
+    saved, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
+
+
 def read_exr_layout(
     path: str | os.PathLike[str],
 ) -> tuple[Float32[np.ndarray, "height width channels"], Literal["latlong", "cube"] | None]:
@@ -38,7 +53,7 @@ def read_exr_layout(
     if not os.path.isfile(path):
         raise RefletError(f"{path} does not exist; check the name.")
     try:
-        with OpenEXR.File(os.fspath(path)) as file:
+        with _quiet(), OpenEXR.File(os.fspath(path)) as file:
             channels, attribute = file.channels(), file.header().get("envmap")
             names = ", ".join(sorted(channels))
             found = next((channels[name].pixels for name in ("RGBA", "RGB", "Y") if name in channels), None)

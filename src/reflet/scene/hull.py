@@ -32,11 +32,17 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
             normals, _ = face_normals(corners.reshape(-1, 3))
             heights = np.einsum("ti,tki->tk", normals, corners).min(axis=1)
             first = scene.triangle_offsets[p]
-            for block in range(0, len(corners), 4096):  # 4096 × (hull vertices) float64 at a time
-                rows = slice(block, block + 4096)
-                highest = (normals[rows] @ extreme.T).max(axis=1)
-                flags[first + block : first + block + len(highest)] = highest - heights[rows] <= limit
+            # a few of the vertices rule most triangles out
+            candidates = np.flatnonzero(_highest(normals, extreme[::64]) - heights <= limit)
+            on_hull = _highest(normals[candidates], extreme) - heights[candidates] <= limit
+            flags[first + candidates[on_hull]] = True
     return flags
+
+
+def _highest(normals: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """max over the points of normal·point, for each normal; 2048 × (points) float64 at a time."""
+    blocks = [normals[k : k + 2048] for k in range(0, len(normals), 2048)]
+    return np.concatenate([(block @ points.T).max(axis=1) for block in blocks] or [np.zeros(0)])
 
 
 def _hull_vertices(positions: np.ndarray) -> np.ndarray:
