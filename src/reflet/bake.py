@@ -38,6 +38,7 @@ from reflet.trace.tracer import Tracer
 
 LOD_BIAS = -1.5
 PROBE_SPP = 64
+IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 TIMINGS = "timings.jsonl"
 
 
@@ -89,7 +90,7 @@ def bake(
     if writer.finished:
         return writer.folder
 
-    tracer = _tracer_with_irradiance(scene, variant, writer, progress)
+    tracer = _tracer_with_irradiance(scene, variant, spp, writer, progress)
     probes = trace_probes(tracer, em_size, writer, progress)
     on_hull = hull_triangles(scene)
     layers = plan_layers(scene, probes, on_hull, distant, local, chains)
@@ -212,12 +213,19 @@ def infer_view(
     return solutions
 
 
-def _tracer_with_irradiance(scene: Scene, variant: str, writer: PemWriter, progress: ProgressCallback) -> Tracer:
+def _tracer_with_irradiance(
+    scene: Scene, variant: str, spp: int, writer: PemWriter, progress: ProgressCallback
+) -> Tracer:
     """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
     state = writer.load_state("irradiance")
     if state is not None:
         return Tracer(scene, variant=variant, irradiance=IrradianceMap(**state))
-    tracer = Tracer(scene, variant=variant, progress=lambda done, total: progress("diffuse light", done, total))
+    tracer = Tracer(
+        scene,
+        variant=variant,
+        irradiance_spp=IRRADIANCE_SPP * spp,
+        progress=lambda done, total: progress("diffuse light", done, total),
+    )
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
 

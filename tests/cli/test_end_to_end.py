@@ -18,7 +18,7 @@ from reflet.files.exr import read_exr
 from reflet.report.comparison import METHODS, PLACES
 from reflet.report.measures import display_psnr, picture_srgb
 
-VIEWS = 3
+VIEWS = 2
 
 
 def reflet(*arguments: str | Path) -> int:
@@ -30,7 +30,7 @@ def reflet(*arguments: str | Path) -> int:
 
 def bake_arguments(scene_files: tuple[Path, Path], out: Path) -> list[str]:
     scene, sky = scene_files
-    options = "--views 3 --spacing 4 --image-size 64 --em-size 16 --spp 4"
+    options = "--views 2 --spacing 4 --image-size 64 --em-size 16 --spp 4"
     return ["bake", f"{scene}", "--environment", f"{sky}", *options.split(), "--out", f"{out}"]
 
 
