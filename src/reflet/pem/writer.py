@@ -46,12 +46,19 @@ class PemWriter:
                     f"{self.folder} already holds a bake; continue it with --resume, or choose another folder."
                 )
             _check_parameters(self.folder, _read_json(path), json.loads(_json(wanted)))
-            for leftover in self.folder.rglob(".*.tmp*"):  # of files that were being written when the bake was killed
-                leftover.unlink()
+            self._clear_leftovers()
             return
         if self.folder.is_dir() and any(not item.name.startswith(".") for item in self.folder.iterdir()):
             raise RefletError(f"{self.folder} holds files that are not a bake's; choose a new or empty folder.")
+        self._clear_leftovers()
         atomic_write(path, _json(wanted))
+
+    def _clear_leftovers(self) -> None:
+        """Drop what a killed bake was about to rename or to drop itself."""
+        for leftover in self.folder.rglob(".*.tmp*"):
+            leftover.unlink()
+        if self.finished:
+            shutil.rmtree(self.folder / layout.STATE, ignore_errors=True)
 
     @property
     def finished(self) -> bool:
