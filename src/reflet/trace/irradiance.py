@@ -25,7 +25,7 @@ from reflet.trace.surface import OFFSET, surface_at
 SETTLING_SPP = 16
 MOST_PASSES = 16
 SETTLED = 3e-3  # passes end when the mean radiosity changes by less
-CAUSTIC_LIMIT = 10.0  # radiance found by way of a mirror counts up to this times the mean radiosity
+CAUSTIC_LIMIT = 100.0  # radiance found by way of a mirror counts up to this times the mean radiosity
 DIMENSIONS = 7  # two for the place, two for the ray, three for the emitter
 
 

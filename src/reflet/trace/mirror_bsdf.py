@@ -78,5 +78,5 @@ def _register(variant: str) -> None:
 
 
 def register_mirror() -> None:
-    """Make the BSDF ``reflet_mirror`` known to the current variant; its textures are ``base_color`` and ``metallic``."""
+    """Make the BSDF ``reflet_mirror`` known to the current variant; ``base_color`` and ``metallic`` are textures."""
     _register(mi.variant())
