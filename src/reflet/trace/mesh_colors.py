@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int32, UInt32
+from jaxtyping import Bool, Float, Int, Int32, UInt32
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -92,9 +92,9 @@ def _resolutions(
     corners: Float[np.ndarray, "triangles 3 3"],
     shows: Bool[np.ndarray, "triangles"],
     mirror: Bool[np.ndarray, "triangles"],
-    sides: Int32[np.ndarray, "triangles"],
+    sides: Int[np.ndarray, "triangles"],
     budget: int,
-) -> Int32[np.ndarray, "triangles"]:
+) -> Int[np.ndarray, "triangles"]:
     """Samples along each triangle's edge: its longest edge over a spacing that keeps the budget."""
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(-1)
     ruler = np.ones(len(corners))
