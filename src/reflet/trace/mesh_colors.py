@@ -31,7 +31,7 @@ class SampleSites:
     back: Bool[np.ndarray, "samples"]
     site: Int32[np.ndarray, "samples"]
     members: UInt32[np.ndarray, "samples"]
-    starts: UInt32[np.ndarray, "sites+1"]
+    starts: UInt32[np.ndarray, "bounds"]
 
 
 def sample_sites(scene: Scene, budget: int) -> SampleSites:
