@@ -10,8 +10,7 @@ struct Plain {
   @location(1) normal: vec3f,
 }
 
-@vertex
-fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Plain {
+fn plain(vertex: u32, sub_sample: u32) -> Plain {
   let triangle = triangles[vertex / 3u];
   let corner = 3u * select(select(triangle.z, triangle.y, vertex % 3u == 1u), triangle.x, vertex % 3u == 0u);
   let position = vertices[corner].xyz;
@@ -22,8 +21,25 @@ fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) su
   return Plain(clip, position, vertices[corner + 1u].xyz);
 }
 
+@vertex
+fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Plain {
+  return plain(vertex, sub_sample);
+}
+
 @fragment
 fn picture_single(in: Plain) -> @location(0) vec4f {
   let mirrored = reflect(normalize(in.position - frame.eye), normalize(in.normal));
   return vec4f(textureSample(distant_maps, map_sampler, mirrored, i32(frame.blend[0].y)).rgb, 1.0);
+}
+
+// Backs are black, as in picture.wgsl.
+@vertex
+fn vertex_single_place(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32)
+    -> @builtin(position) vec4f {
+  return plain(vertex, sub_sample).clip;
+}
+
+@fragment
+fn picture_single_back() -> @location(0) vec4f {
+  return vec4f(0.0, 0.0, 0.0, 1.0);
 }

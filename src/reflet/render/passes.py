@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 import numpy as np
 import wgpu
 from jaxtyping import Float32
 
+from reflet.render.scene_buffers import Draw
 from reflet.render.textures import check_size
 from reflet.shaders.link import link
 
@@ -52,7 +54,7 @@ class Passes:
         self._scene_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout, part_layout])
         self._backdrop_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout])
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
-        self._pipelines: dict[tuple[str, str], wgpu.GPURenderPipeline] = {}
+        self._pipelines: dict[tuple, wgpu.GPURenderPipeline] = {}
         compute = wgpu.ShaderStage.COMPUTE
         self._sum_layout = device.create_bind_group_layout(
             entries=[
@@ -73,9 +75,10 @@ class Passes:
         entry_point: str,
         sub_sample: int,
         backdrop: bool,
+        switches: int,
         frame_group: wgpu.GPUBindGroup,
         part_groups: Sequence[wgpu.GPUBindGroup],
-        triangle_offsets: Sequence[int],
+        draws: Sequence[Draw],
     ) -> wgpu.GPUTexture:
         """One pass over all parts, then the backdrop; the texture that holds the picture, one sample a pixel."""
         colour, resolved, depth = self._attachments(target, entry_point)
@@ -96,15 +99,26 @@ class Passes:
                 "depth_store_op": "discard",
             },
         )
-        render_pass.set_pipeline(self._pipeline(program, entry_point))
         render_pass.set_bind_group(0, frame_group)
-        for part, group in enumerate(part_groups):
-            first, end = triangle_offsets[part], triangle_offsets[part + 1]
-            render_pass.set_bind_group(1, group)
-            render_pass.draw(3 * (end - first), 1, 3 * first, sub_sample)
+        shows_backs_apart = program == "picture.wgsl"
+        for item in draws:
+            render_pass.set_bind_group(1, part_groups[item.part])
+            vertices = 3 * item.count, 1, 3 * item.first, sub_sample
+            constants = {
+                "SWITCHES": switches,
+                "PART_BITS": item.bits,
+                "DISTANT_KIND": item.distant_kind,
+                "LOCAL_KIND": item.local_kind,
+            }
+            cull = "back" if shows_backs_apart and not item.double_sided else "none"
+            render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))
+            render_pass.draw(*vertices)
+            if cull == "back":
+                render_pass.set_pipeline(self._pipeline(program, f"{entry_point}_back", "front", SWITCHES=switches))
+                render_pass.draw(*vertices)
         if backdrop:
             kind = entry_point.removeprefix("picture_")
-            render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{kind}"))
+            render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{kind}", "none"))
             render_pass.draw(3, 1, 0, sub_sample)
         render_pass.end()
         return resolved or colour
@@ -156,26 +170,37 @@ class Passes:
             return target.texture(texture_format, 4), target.texture(texture_format), target.texture("depth32float", 4)
         return target.texture(texture_format), None, target.texture("depth32float")
 
-    def _pipeline(self, program: str, entry_point: str) -> wgpu.GPURenderPipeline:
-        if (program, entry_point) not in self._pipelines:
+    def _pipeline(
+        self, program: str, entry_point: str, cull: Literal["none", "front", "back"], **constants: float
+    ) -> wgpu.GPURenderPipeline:
+        """A pipeline built for constants that the program leaves open; made when first asked for."""
+        key = program, entry_point, cull, *constants.items()
+        if key not in self._pipelines:
             module = self._module(program)
-            name, kind = entry_point.split("_", 1)
-            backdrop, multi = name == "backdrop", kind == "multi"
-            vertex = "vertex_backdrop" if backdrop else "vertex_multi" if multi else "vertex_single"
+            name, *kind = entry_point.split("_")
+            backdrop, multi = name == "backdrop", "multi" in kind
+            vertex = "backdrop" if backdrop else "multi" if multi else "single"
+            if "back" in kind:
+                vertex += "_place"
             texture_format = "rgba16float" if multi else _FORMATS.get(entry_point, "rgba32float")
-            self._pipelines[program, entry_point] = self._device.create_render_pipeline(
+            self._pipelines[key] = self._device.create_render_pipeline(
                 layout=self._backdrop_layout if backdrop else self._scene_layout,
-                vertex={"module": module, "entry_point": vertex},
-                primitive={"topology": "triangle-list"},
+                vertex={"module": module, "entry_point": f"vertex_{vertex}", "constants": constants},
+                primitive={"topology": "triangle-list", "cull_mode": cull},
                 depth_stencil={
                     "format": "depth32float",
                     "depth_write_enabled": not backdrop,
                     "depth_compare": "greater-equal" if backdrop else "greater",
                 },
                 multisample={"count": 4 if multi else 1},
-                fragment={"module": module, "entry_point": entry_point, "targets": [{"format": texture_format}]},
+                fragment={
+                    "module": module,
+                    "entry_point": entry_point,
+                    "constants": constants,
+                    "targets": [{"format": texture_format}],
+                },
             )
-        return self._pipelines[program, entry_point]
+        return self._pipelines[key]
 
     def _module(self, program: str) -> wgpu.GPUShaderModule:
         if program not in self._modules:

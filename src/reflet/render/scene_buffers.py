@@ -1,15 +1,33 @@
 """The scene on the device: vertices, triangles, mesh colours, materials."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import wgpu
 
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.layouts import FRAME, TRIANGLE_ON_HULL, part_uniform
+from reflet.render.layouts import DOUBLE_SIDED, FRAME, HAS_LOCAL, TRIANGLE_ON_HULL, part_uniform
 from reflet.render.textures import LARGEST_HALF, create_cube_array, cube_array_view, upload_picture
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them."""
+
+    part: int
+    first: int
+    count: int
+    bits: int
+    distant_kind: float
+    local_kind: float
+
+    @property
+    def double_sided(self) -> bool:
+        """Whether backs are shaded like fronts."""
+        return bool(self.bits & DOUBLE_SIDED)
 
 
 class SceneBuffers:
@@ -30,8 +48,11 @@ class SceneBuffers:
             size=FRAME.itemsize, usage=wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
         )
         scene, colours = pem.scene, pem.irradiance
-        grids = np.stack([colours.resolution, colours.offset], -1)
-        buffers = [_vertices(scene), _triangles(scene, pem.on_hull), grids, colours.radiosity]
+        # Triangles on the hull come first in their part, so that they can be drawn without local maps.
+        part_of_triangle = np.repeat(np.arange(len(scene.parts)), np.diff(scene.triangle_offsets))
+        order = np.lexsort((~pem.on_hull, part_of_triangle))
+        grids = np.stack([colours.resolution, colours.offset], -1)[order]
+        buffers = [_vertices(scene), _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
         environment = upload_picture(device, _environment(scene), "rgba16float", mip_mapped=True)
         self.frame_group = device.create_bind_group(
             layout=frame_layout,
@@ -42,7 +63,11 @@ class SceneBuffers:
                 {"binding": 6, "resource": _sampler(device, "repeat", "clamp-to-edge")},
             ],
         )
-        self._part_uniforms = [self._part_uniform(i) for i in range(len(scene.parts))]
+        parts = [self._part_uniform(i) for i in range(len(scene.parts))]
+        self._part_uniforms = [
+            device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM) for data in parts
+        ]
+        self.draws = [draw for i, data in enumerate(parts) for draw in self._draws_of(i, data)]
 
     def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
         """The bind groups of all parts; ``arrays`` are the cube arrays of the PEM's layers."""
@@ -74,11 +99,21 @@ class SceneBuffers:
         found = (i for i, layer in enumerate(self._pem.layers) if layer.kind == kind and part in layer.parts)
         return next(found, None)
 
-    def _part_uniform(self, part: int) -> wgpu.GPUBuffer:
+    def _part_uniform(self, part: int) -> np.ndarray:
         indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))
         layers = (None if i is None else self._pem.layers[i] for i in indices)
-        data = part_uniform(self._pem.scene.parts[part], *layers)
-        return self._device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM)
+        return part_uniform(self._pem.scene.parts[part], *layers)
+
+    def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
+        first, end = self._pem.scene.triangle_offsets[part : part + 2]
+        bits = int(data["bits"])
+        kinds = float(data["distant"]["geometry"][0]), float(data["local"]["geometry"][0])
+        on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
+        draws = [
+            Draw(part, first, on_hull, bits & ~HAS_LOCAL, *kinds),
+            Draw(part, first + on_hull, end - first - on_hull, bits, *kinds),
+        ]
+        return [draw for draw in draws if draw.count]
 
     def _storage(self, data: np.ndarray) -> wgpu.GPUBuffer:
         # A binding may not be empty, a scene without mesh colours is allowed.
@@ -117,13 +152,13 @@ def _vertices(scene: Scene) -> np.ndarray:
     return np.concatenate(blocks)
 
 
-def _triangles(scene: Scene, on_hull: np.ndarray) -> np.ndarray:
+def _triangles(scene: Scene, on_hull: np.ndarray, order: np.ndarray) -> np.ndarray:
     first_vertex = np.cumsum([0] + [len(part.mesh.positions) for part in scene.parts])
     out = np.empty((scene.triangle_offsets[-1], 4), np.uint32)
     corners = [part.mesh.triangles + first for part, first in zip(scene.parts, first_vertex, strict=False)]
     out[:, :3] = np.concatenate(corners)
-    out[:, 3] = np.where(on_hull, TRIANGLE_ON_HULL, 0)
-    return out
+    out[:, 3] = 2 * np.arange(len(out)) + np.where(on_hull, TRIANGLE_ON_HULL, 0)
+    return out[order]
 
 
 def _environment(scene: Scene) -> np.ndarray:

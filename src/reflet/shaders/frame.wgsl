@@ -3,7 +3,7 @@
 //   binding  resource                         stages             contents
 //   0        uniform Frame, 640 bytes         vertex, fragment   camera, sub-sample table, blended samples, switches
 //   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
-//   2        storage array<vec4u>, read       vertex, fragment   triangles of all parts: three vertex numbers, TRIANGLE_* bits
+//   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
 //   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each
 //   5        texture_2d<f32> rgba16float      fragment           the HDR environment, lat-long, with mip levels (1x1 if none)
@@ -45,7 +45,7 @@ const SHOW_DISTANT = 4u;
 const SHOW_LOCAL = 8u;
 const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radiance and coverage; the rest hides, unseen
 
-const TRIANGLE_ON_HULL = 1u;
+const TRIANGLE_ON_HULL = 1u;      // the triangle's number in the scene follows from bit 1 on
 
 // Pipelines may be built for one setting of the switches, so that code which is off costs nothing; else all are read from
 // the uniform.

@@ -2,6 +2,22 @@
 
 // Program: the picture. Linear radiance, coverage in alpha.
 
+// Backs of single-sided faces are black. A part may be drawn at once, or its fronts by the pipelines below and its backs
+// by these, which is faster. The vertex stage is vertex_single_place or vertex_multi_place.
+fn back() -> vec4f {
+  return vec4f(0.0, 0.0, 0.0, select(1.0, 0.0, switched_on(OBJECT_ONLY)));
+}
+
+@fragment
+fn picture_single_back() -> @location(0) vec4f {
+  return back();
+}
+
+@fragment
+fn picture_multi_back() -> @location(0) vec4f {
+  return back();
+}
+
 const LARGEST_HALF = 65504.0;
 
 // Draws sub-sample `sub_sample` alone, into one sample a pixel.

@@ -44,5 +44,5 @@ fn probe_local(in: Raster) -> @location(0) vec4f {
 @fragment
 fn probe_triangle(in: Raster) -> @location(0) u32 {
   let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
-  return select(0u, in.identity.x + 1u, s.visible && part_is(PART_REFLECTIVE));
+  return select(0u, (in.identity.y >> 1u) + 1u, s.visible && part_is(PART_REFLECTIVE));
 }

@@ -86,14 +86,35 @@ fn raster(vertex: u32, sub_sample: u32) -> Raster {
   return out;
 }
 
+fn place(vertex: u32) -> vec4f {
+  let entry = triangles[vertex / 3u];
+  let corner = select(select(entry.z, entry.y, vertex % 3u == 1u), entry.x, vertex % 3u == 0u);
+  return frame.clip_from_world * vec4f(vertices[3u * corner].xyz, 1.0);
+}
+
+fn shifted(clip: vec4f, sub_sample: u32) -> vec4f {
+  let shift = vec2f(0.5) - frame.sub_samples[sub_sample].xy;
+  return clip + vec4f(2.0 * shift.x / frame.width, -2.0 * shift.y / frame.height, 0.0, 0.0) * clip.w;
+}
+
 // One sub-sample a pixel: the picture is shifted so that the sub-sample's position comes to lie on the pixel's centre.
 @vertex
 fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Raster {
   var out = raster(vertex, sub_sample);
-  let shift = vec2f(0.5) - frame.sub_samples[sub_sample].xy;
-  out.position.x += 2.0 * shift.x / frame.width * out.position.w;
-  out.position.y -= 2.0 * shift.y / frame.height * out.position.w;
+  out.position = shifted(out.position, sub_sample);
   return out;
+}
+
+// The same for what needs no more than a place.
+@vertex
+fn vertex_single_place(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32)
+    -> @builtin(position) vec4f {
+  return shifted(place(vertex), sub_sample);
+}
+
+@vertex
+fn vertex_multi_place(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+  return place(vertex);
 }
 
 // Multi-sampling by the hardware: its four positions are the table's first four.
