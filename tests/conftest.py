@@ -6,10 +6,11 @@ from jaxtyping import install_import_hook
 
 SOURCE = Path(__file__).parents[1] / "src"
 
-# Modules with numba kernels are left out: the checker's wrapper cannot be compiled.
+# Modules whose functions others compile (numba, Dr.Jit) are left out: the checker's wrapper cannot be compiled.
+COMPILED = ("numba", "dr.syntax")
 CHECKED = [
     ".".join(path.relative_to(SOURCE).with_suffix("").parts)
     for path in sorted(SOURCE.glob("reflet/**/*.py"))
-    if path.name != "__init__.py" and "numba" not in path.read_text()
+    if path.name != "__init__.py" and not any(word in path.read_text() for word in COMPILED)
 ]
 install_import_hook(CHECKED, "typechecker.check")
