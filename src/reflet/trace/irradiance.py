@@ -149,7 +149,7 @@ class _Gatherer:
             by_sampling = self.emitters.density_of_escape(direction, escaped)
             light -= dr.select(escaped, seen * (by_sampling / dr.maximum(chance + by_sampling, 1e-20)), 0.0)
         if device.scene.objects:
-            caustic = surface.fresnel * radiance(device, *leave(surface), surface.reflects)
+            caustic = surface.fresnel * radiance(device, leave(surface), surface.reflects)
             light += dr.select(surface.reflects, dr.minimum(caustic, limit), 0.0)
         return light
 

@@ -23,10 +23,11 @@ def _register(variant: str) -> None:
             self.m_flags = self.m_components[0] | self.m_components[1]
 
         def sample(self, context, si, sample1, sample2, active=True):  # type: ignore[no-untyped-def]
-            """Half of the samples mirror, half are diffuse."""
+            """Metals always mirror; of other samples half mirror and half are diffuse."""
             towards, ng, n, visible = self._side(si, active)
-            mirrors = visible & (sample1 < 0.5)
             color, metallic = self.base_color.eval(si, visible), self.metallic.eval_1(si, visible)
+            share = self._mirror_share(metallic)
+            mirrors = visible & (sample1 < share)
             f0 = color * metallic + 0.04 * (1.0 - metallic)
             cosine = dr.maximum(dr.dot(towards, n), 0.0)
             fresnel = f0 + (1.0 - f0) * dr.power(1.0 - cosine, 5)
@@ -38,7 +39,7 @@ def _register(variant: str) -> None:
 
             drawn = dr.zeros(mi.BSDFSample3f, dr.width(si.p))
             drawn.wo = si.to_local(dr.select(mirrors, mirrored, scattered))
-            drawn.pdf = dr.select(mirrors, 0.5, 0.5 * dr.dot(n, scattered) * dr.inv_pi)
+            drawn.pdf = dr.select(mirrors, share, (1.0 - share) * dr.dot(n, scattered) * dr.inv_pi)
             drawn.eta = mi.Float(1.0)
             drawn.sampled_type = dr.select(
                 mirrors, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DiffuseReflection)
@@ -46,7 +47,8 @@ def _register(variant: str) -> None:
             drawn.sampled_component = dr.select(mirrors, mi.UInt32(0), mi.UInt32(1))
             above = dr.dot(ng, scattered) > 0.0
             diffuse = dr.select(above, color * (1.0 - metallic), 0.0)
-            return drawn, dr.select(visible, 2.0 * dr.select(mirrors, fresnel, diffuse), 0.0)
+            weight = dr.select(mirrors, fresnel / share, diffuse / dr.maximum(1.0 - share, 0.5))
+            return drawn, dr.select(visible, weight, 0.0)
 
         def eval(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
             """The diffuse base times the cosine."""
@@ -58,13 +60,17 @@ def _register(variant: str) -> None:
             return dr.select(lit, diffuse * cosine * dr.inv_pi, 0.0)
 
         def pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
-            """Density of the diffuse half of the samples."""
+            """Density of the diffuse samples."""
             _, _, n, visible = self._side(si, active)
-            return dr.select(visible, 0.5 * dr.maximum(dr.dot(n, si.to_world(wo)), 0.0) * dr.inv_pi, 0.0)
+            share = self._mirror_share(self.metallic.eval_1(si, visible))
+            return dr.select(visible, (1.0 - share) * dr.maximum(dr.dot(n, si.to_world(wo)), 0.0) * dr.inv_pi, 0.0)
 
         def eval_pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
             """Both at once."""
             return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
+
+        def _mirror_share(self, metallic):  # type: ignore[no-untyped-def]
+            return dr.select(metallic >= 1.0, mi.Float(1.0), 0.5)
 
         def _side(self, si, active):  # type: ignore[no-untyped-def]
             """Unit direction to the viewer, geometric and shading normal turned there, and what is not black."""

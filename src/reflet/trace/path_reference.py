@@ -48,6 +48,17 @@ class PathReference:
         image = mi.render(self._scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed)
         return np.asarray(image, np.float32).reshape(camera.height, camera.width, 3)
 
+    def along(
+        self, origin: Float32[np.ndarray, "rays 3"], direction: Float32[np.ndarray, "rays 3"], *, max_depth: int = 32
+    ) -> Float32[np.ndarray, "rays 3"]:
+        """One path's radiance along each ray; exact where nothing but emitters and perfect mirrors is met."""
+        integrator = mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": max_depth + 1})
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(0, len(origin))
+        ray = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
+        radiance, _, _ = integrator.sample(self._scene, sampler, ray)
+        return np.stack([channel.numpy() for channel in radiance], -1)
+
 
 def path_traced(
     scene: Scene, camera: Camera, *, spp: int, max_depth: int = 32, seed: int = 0

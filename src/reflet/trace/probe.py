@@ -56,7 +56,7 @@ def _texel_light(device, object_index, origin, size, spp, start, count):  # type
     direction = dr.normalize(axes[0] + axes[1] * s + axes[2] * t)
     surface, light, _ = _first_hit(device, object_index, origin, direction)
     if len(device.scene.objects) > 1:
-        light += dr.select(surface.reflects, surface.fresnel * radiance(device, *leave(surface), surface.reflects), 0.0)
+        light += dr.select(surface.reflects, surface.fresnel * radiance(device, leave(surface), surface.reflects), 0.0)
     return light
 
 

@@ -9,27 +9,27 @@ from reflet.trace.surface import Surface, environment_radiance, surface_at
 MAX_BOUNCES = 8  # mirrored rays followed after the first; what is left of 0.65 is 2 %
 
 
-@dr.syntax
-def radiance(device: DeviceScene, origin, direction, active, bounces: int = MAX_BOUNCES):  # type: ignore[no-untyped-def]
-    """Radiance that arrives along rays from ``origin`` in unit ``direction``; black where ``active`` is false.
+def radiance(device: DeviceScene, ray, active):  # type: ignore[no-untyped-def]
+    """Radiance that arrives along rays of unit direction; black where ``active`` is false.
 
-    Up to ``bounces`` mirrored rays are followed; what the last one's mirror reflects is black. Backs of single-sided
+    Up to `MAX_BOUNCES` mirrored rays are followed; what the last one's mirror reflects is black. Backs of single-sided
     faces are black.
     """
-    arriving = mi.Color3f(0.0)
-    throughput = mi.Color3f(1.0)
-    o, d = mi.Point3f(origin), mi.Vector3f(direction)
-    lanes = mi.Bool(active)
-    left = mi.UInt32(bounces)
-    while lanes:
-        hit = device.all.ray_intersect_preliminary(mi.Ray3f(o, d), coherent=False, active=lanes)
-        surface, light = arrive(device, hit.prim_index, hit.prim_uv, d, lanes, hit.is_valid())
-        arriving += throughput * light
-        lanes &= surface.reflects & (left > 0)
-        throughput *= surface.fresnel
-        o, d = leave(surface)
-        left -= 1
-    return arriving
+
+    def bounce(lanes, ray, arriving, throughput, left):  # type: ignore[no-untyped-def]
+        hit = device.all.ray_intersect_preliminary(ray, coherent=False, active=lanes)
+        surface, light = arrive(device, hit.prim_index, hit.prim_uv, ray.d, lanes, hit.is_valid())
+        lanes = surface.reflects & (left > 0)
+        return lanes, leave(surface), arriving + throughput * light, throughput * surface.fresnel, left - 1
+
+    start = (
+        mi.Bool(active),
+        mi.Ray3f(ray),
+        mi.Color3f(0.0),
+        mi.Color3f(1.0),
+        mi.UInt32(MAX_BOUNCES),
+    )
+    return dr.while_loop(start, lambda lanes, *_: lanes, bounce, max_iterations=MAX_BOUNCES + 1)[2]
 
 
 def arrive(device: DeviceScene, triangle, uv, direction, active, hits):  # type: ignore[no-untyped-def]
@@ -44,5 +44,6 @@ def arrive(device: DeviceScene, triangle, uv, direction, active, hits):  # type:
 
 
 def leave(surface: Surface):  # type: ignore[no-untyped-def]
-    """Origin and direction of the mirrored ray."""
-    return mi.Point3f(surface.position + surface.geometric_normal * surface.offset), surface.mirrored
+    """The mirrored ray, from just off the surface."""
+    origin = mi.Point3f(surface.position + surface.geometric_normal * surface.offset)
+    return mi.Ray3f(origin, surface.mirrored)

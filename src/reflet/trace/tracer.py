@@ -9,8 +9,9 @@ from reflet.trace.device_scene import DeviceScene
 from reflet.trace.irradiance import trace_irradiance
 from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.probe import static_probe
-from reflet.trace.segmentation import segmented_layers, visible_samples
+from reflet.trace.segmentation import segmented_layers
 from reflet.trace.variant import use_variant
+from reflet.trace.visible import visible_samples
 
 
 class Tracer:

@@ -1,0 +1,42 @@
+"""Camera rays of one picture on the device."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Int32
+
+from reflet.scene.camera import Camera
+from reflet.trace.sampling import LANES, shifted_hammersley
+
+
+class CameraRays:
+    """Camera rays of one picture. All that changes from view to view is opaque, so that kernels are compiled once."""
+
+    def __init__(self, camera: Camera, spp: int, seed: int = 0) -> None:
+        self.camera, self.spp = camera, spp
+        self.eye = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in camera.position))
+        self.corner, self.dx, self.dy = (
+            mi.Vector3f(*(dr.opaque(mi.Float, float(c)) for c in axis)) for axis in camera.ray_basis()
+        )
+        self.width = dr.opaque(mi.UInt32, camera.width)
+        self.seed = dr.opaque(mi.UInt32, seed)
+        self.count = dr.opaque(mi.UInt32, spp)
+
+    def direction(self, pixel, x, y):  # type: ignore[no-untyped-def]
+        """Unit directions through points (x, y) of pixels, measured from each pixel's top left corner."""
+        row = pixel // self.width
+        x, y = mi.Float(pixel - row * self.width) + x, mi.Float(row) + y
+        return dr.normalize(self.corner + x * self.dx + y * self.dy)
+
+    def antialiased(self, pixels: Int32[np.ndarray, "pixels"]):  # type: ignore[no-untyped-def]
+        """Unit directions of all samples of some pixels, pixel by pixel."""
+        lane = dr.arange(mi.UInt32, len(pixels) * self.spp)
+        slot = lane // self.count
+        sample = lane - slot * self.count
+        pixel = dr.gather(mi.UInt32, mi.UInt32(pixels), slot)
+        return self.direction(pixel, *shifted_hammersley(sample, self.count, pixel, self.seed))
+
+    def batches(self, pixels: Int32[np.ndarray, "pixels"]) -> list[Int32[np.ndarray, "batch"]]:
+        """Pixels in groups whose samples are at most `LANES`."""
+        step = max(LANES // self.spp, 1)
+        return [pixels[start : start + step] for start in range(0, len(pixels), step)]

@@ -1,0 +1,52 @@
+"""What a picture's sub-samples see."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Bool, Int32
+
+from reflet.scene.camera import Camera
+from reflet.scene.sample_pattern import sample_positions
+from reflet.scene.visibility import Visibility
+from reflet.trace.camera_rays import CameraRays
+from reflet.trace.device_scene import DeviceScene
+from reflet.trace.footprint import covered_pixels
+from reflet.trace.radiance import arrive
+from reflet.trace.sampling import LANES
+
+NOTHING = 0xFFFFFFFF
+
+
+def candidates(
+    device: DeviceScene, camera: Camera, chosen: Bool[np.ndarray, "triangles"]
+) -> Int32[np.ndarray, "pixels"]:
+    """Pixels that any of the chosen triangles may cover."""
+    covered = covered_pixels(camera, device.positions, device.triangles[chosen])
+    return np.flatnonzero(covered).astype(np.int32)
+
+
+def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> Visibility:
+    """Which reflective triangle each sub-sample of the picture sees, at exactly the positions of `sample_positions`."""
+    pattern = sample_positions(sample_count).astype(np.float32)
+    px, py = mi.Float(pattern[:, 0]), mi.Float(pattern[:, 1])
+    pixels = candidates(device, camera, device.object_of_triangle >= 0)
+    rays = CameraRays(camera, sample_count)
+    found = []
+    for start in range(0, len(pixels), LANES // sample_count):
+        batch = pixels[start : start + LANES // sample_count]
+        lane = dr.arange(mi.UInt32, len(batch) * sample_count)
+        pixel = dr.gather(mi.UInt32, mi.UInt32(batch), lane // sample_count)
+        sub = lane % sample_count
+        direction = rays.direction(pixel, dr.gather(mi.Float, px, sub), dr.gather(mi.Float, py, sub))
+        hit = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
+        surface, _ = arrive(device, hit.prim_index, hit.prim_uv, direction, mi.Bool(True), hit.is_valid())
+        found.append(dr.select(surface.reflects, hit.prim_index, NOTHING).numpy())
+    triangle = np.concatenate(found) if found else np.zeros(0, np.uint32)
+    sees = np.flatnonzero(triangle != NOTHING)
+    return Visibility(
+        camera=camera,
+        sample_count=sample_count,
+        pixel=pixels[sees // sample_count],
+        sub_sample=(sees % sample_count).astype(np.int32),
+        triangle=triangle[sees],
+    )
