@@ -2,10 +2,10 @@
 
     .venv/bin/python benchmarks/frame_time.py
 
-512² pixels, 40,000 triangles, maps of 256² texels a face; two layers and two blended samples against one lookup. Two
-rivals: *plain*, the plainest shader there is, with interpolated normals and the hardware's LOD, and *static*, one map at
-infinity drawn by the same renderer with the same exact path and LOD. Frames alternate and the fastest of each counts, so
-that a busy machine changes the ratios little. Prints milliseconds a frame and both ratios.
+512² pixels, 40,000 triangles, maps of 256² texels a face; two layers and two blended samples against one lookup. Of two
+rivals *plain* is the plainest shader there is, with interpolated normals and the LOD of the hardware; *static* is one
+map at infinity drawn by the same renderer, with the same exact path and LOD. Frames alternate and the fastest of each
+counts, so that a busy machine changes the ratios little. Prints milliseconds a frame and both ratios.
 """
 
 import time

@@ -12,6 +12,7 @@ from reflet.render.scene_buffers import Draw
 from reflet.render.textures import check_size
 from reflet.shaders.link import link
 
+Cull = Literal["none", "front", "back"]
 _FORMATS = {"picture_multi": "rgba16float", "probe_triangle": "r32uint"}  # all else draws rgba32float
 
 
@@ -110,7 +111,7 @@ class Passes:
                 "DISTANT_KIND": item.distant_kind,
                 "LOCAL_KIND": item.local_kind,
             }
-            cull = "back" if shows_backs_apart and not item.double_sided else "none"
+            cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
             render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))
             render_pass.draw(*vertices)
             if cull == "back":
@@ -170,9 +171,7 @@ class Passes:
             return target.texture(texture_format, 4), target.texture(texture_format), target.texture("depth32float", 4)
         return target.texture(texture_format), None, target.texture("depth32float")
 
-    def _pipeline(
-        self, program: str, entry_point: str, cull: Literal["none", "front", "back"], **constants: float
-    ) -> wgpu.GPURenderPipeline:
+    def _pipeline(self, program: str, entry_point: str, cull: Cull, **constants: float) -> wgpu.GPURenderPipeline:
         """A pipeline built for constants that the program leaves open; made when first asked for."""
         key = program, entry_point, cull, *constants.items()
         if key not in self._pipelines:

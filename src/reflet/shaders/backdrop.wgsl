@@ -16,22 +16,19 @@ fn vertex_backdrop(@builtin(vertex_index) vertex: u32, @builtin(instance_index) 
   return Backdrop(vec4f(corner, 0.0, 1.0), sub_sample);
 }
 
-fn latlong_uv(direction: vec3f) -> vec2f {
-  let d = normalize(direction);
+fn latlong_uv(d: vec3f) -> vec2f {
   return vec2f(0.5 + atan2(d.z, d.x) / (2.0 * PI), acos(clamp(d.y, -1.0, 1.0)) / PI);
 }
 
 // Radiance of the environment along the view ray through pixel coordinates `at`.
 fn environment_at(at: vec2f) -> vec4f {
-  let uv = latlong_uv(view_ray(at));
-  var right = latlong_uv(view_ray(at + vec2f(1.0, 0.0))) - uv;
-  var down = latlong_uv(view_ray(at + vec2f(0.0, 1.0))) - uv;
-  right.x -= round(right.x);  // the shorter way round
-  down.x -= round(down.x);
-  let size = vec2f(textureDimensions(environment));
-  let rho = max(length(right * size), length(down * size));
+  let d = normalize(view_ray(at));
+  let right = length(normalize(view_ray(at + vec2f(1.0, 0.0))) - d);
+  let down = length(normalize(view_ray(at + vec2f(0.0, 1.0))) - d);
+  // A texel is pi/height high, everywhere; towards the poles it is narrower, but there is nothing to see in that.
+  let rho = max(right, down) * f32(textureDimensions(environment).y) / PI;
   let lod = log2(max(rho, 1e-6)) + frame.texture_lod_bias;
-  return vec4f(textureSampleLevel(environment, environment_sampler, uv, lod).rgb, 1.0);
+  return vec4f(textureSampleLevel(environment, environment_sampler, latlong_uv(d), lod).rgb, 1.0);
 }
 
 @fragment

@@ -1,0 +1,86 @@
+"""The measured rendering matrix against the analytic one."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import Box, Ellipsoid
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.scene.irradiance import IrradianceMap
+from reflet.scene.material import Material
+from reflet.scene.mesh import Mesh
+from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.shaders.link import link
+from reflet.verify import verify
+
+
+def ring() -> Mesh:
+    """A torus with waves on it, so that all levels of the maps are looked up."""
+    u, v = np.meshgrid(np.arange(60) * np.pi / 30, np.arange(30) * np.pi / 15, indexing="ij")
+    bumped = np.stack([np.cos(v) * np.cos(u), np.sin(v), np.cos(v) * np.sin(u)], -1)
+    position = 0.12 * bumped + 0.3 * np.stack([np.cos(u), 0 * u, np.sin(u)], -1)
+    normal = bumped + 0.2 * np.sin(7 * u + 3 * v)[..., None]
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    i, j = np.meshgrid(np.arange(60), np.arange(30), indexing="ij")
+    a, b = i * 30 + j, (i + 1) % 60 * 30 + j
+    c, d = (i + 1) % 60 * 30 + (j + 1) % 30, i * 30 + (j + 1) % 30
+    triangles = np.stack([a, c, b, a, d, c], -1).reshape(-1, 3)
+    return Mesh(*(x.reshape(-1, 3).astype(t) for x, t in ((position, "f4"), (normal, "f4"), (triangles, "u4"))))
+
+
+@pytest.fixture(name="pem", scope="module")
+def _pem() -> ParameterizedEnvironmentMap:
+    mirror = Material(base_color=(0.65,) * 3, metallic=1.0, perceptual_roughness=0.0)
+    scene = Scene((Part("ring", ring(), mirror, True),), (ReflectiveObject("ring", (0,)),))
+    layers = (
+        Layer("distant", "distant", (0,), Box((-1, -0.7, -1.2), (1.1, 1, 1), (0, 0.1, 0)), 64),
+        Layer("local", "local", (0,), Ellipsoid((0, 0, 0), (0.45, 0.15, 0.45), (0, 0, 0)), 32),
+    )
+    count = scene.triangle_offsets[-1]
+    none = np.zeros(count, np.uint32)
+    maps = [
+        EnvMap(chain, np.ones((chain.texel_count, channels), np.float32), layer.geometry)
+        for layer, channels in zip(layers, (3, 4), strict=True)
+        for chain in (CubeMipChain(layer.size),)
+    ]
+    return ParameterizedEnvironmentMap(
+        scene=scene,
+        irradiance=IrradianceMap(none, none, np.zeros((1, 3), np.float32)),
+        space=ParameterSpace((Axis("azimuth_deg", (60.0,)),), Orbit((0, 0, 0), 60.0, 22.0, 1.25, image_size=96)),
+        layers=layers,
+        maps=[tuple(maps)],
+        on_hull=np.arange(count) % 3 == 0,
+        lod_bias=-1.5,
+        sample_count=4,
+    )
+
+
+def test_measured_and_analytic_matrix_agree(pem: ParameterizedEnvironmentMap) -> None:
+    found = verify(pem)
+    assert found.agrees
+    # Directions and their neighbours are float32: 1e-7 of 64 texels, four times that for quarter-pixel steps.
+    assert found.max_difference < 3e-5
+    assert found.compared_share > 0.99
+    assert found.test_renderings == 2 * 12 * 4  # layers, colours, sub-samples
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("+ lod_bias", "+ lod_bias + 0.5"),
+        lambda text: text.replace("dot(ray, n) * n", "dot(ray, n) * n * 1.001"),
+    ],
+    ids=["the LOD shifted by a half", "the mirrored ray a little off"],
+)
+def test_a_shader_that_differs_is_found_out(
+    pem: ParameterizedEnvironmentMap, change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert change(link("probe.wgsl")) != link("probe.wgsl")
+    monkeypatch.setattr("reflet.render.passes.link", lambda program: change(link(program)))
+    found = verify(pem)
+    assert not found.agrees and found.max_difference > 1e-3
+    assert "differs" in str(found)
