@@ -35,7 +35,7 @@ def test_prolongation_follows_a_smooth_function_over_edges() -> None:
     texels = np.zeros(chain.texel_count)
     chain.level(texels, 1)[...] = smooth(32)
     error = np.abs(prolong(chain, texels, 0) - smooth(64))
-    # Inside a face bilinear interpolation errs by h²/8·|f''| ~ (1/16)²/8·2 = 1e-3; along edges the neighbour's texel lies
-    # up to half a coarse texel (1/32 of the face's 2 units) beside the continued grid: 0.25·0.03·|f'|.
+    # Inside a face bilinear interpolation errs by h²/8·|f''| ~ (1/16)²/8·2 = 1e-3; along edges the neighbour's texel
+    # lies up to half a coarse texel (1/32 of the face's 2 units) beside the continued grid: 0.25·0.03·|f'|.
     assert error.max() < 0.01
     assert np.sqrt(np.mean(error**2)) < 1e-3

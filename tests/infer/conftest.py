@@ -7,7 +7,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from synthetic import Picture, mirror_scene, picture, sphere_mesh  # noqa: E402
+from synthetic import Picture, mirror_scene, picture, sphere_mesh
 
 
 @pytest.fixture(scope="session")

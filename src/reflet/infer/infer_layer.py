@@ -14,6 +14,8 @@ from reflet.infer.solve import SolverSettings, solve
 from reflet.scene.gbuffer import GBuffer
 from reflet.trace.layers import SegmentedLayers
 
+_HIDDEN = 0.02  # weight of a distant row that its local layer hides altogether
+
 Kind = Literal["distant", "local", "combined"]
 
 
@@ -41,9 +43,7 @@ def infer_layer(
     channels = 4 if kind == "local" else 3
     if prior is None:
         prior = np.zeros((chain.texel_count, channels), np.float32)
-    select = np.isin(gbuffer.row_part, parts)[gbuffer.row_of_sample]
-    if kind == "local" and on_hull is not None:
-        select &= ~on_hull[gbuffer.triangle]
+    select = looking_up(gbuffer, parts, on_hull if kind == "local" else None)
     matrix = rendering_matrix(gbuffer, chain, geometry, lod_bias, select)
     target, weights = np.zeros((len(gbuffer.row_pixel), channels)), np.zeros((len(gbuffer.row_pixel), channels))
     rows, traced = _common_rows(gbuffer, layers)
@@ -56,6 +56,17 @@ def infer_layer(
     brightest = float(max(target[seen, :3].max(initial=0.0), prior[:, :3].max(initial=0.0)))
     upper = np.array([brightest] * 3 + [1.0] * (channels - 3))
     return solve(matrix, target, weights, prior, upper, chain, settings)
+
+
+def looking_up(
+    gbuffer: GBuffer, parts: Sequence[int], on_hull: Bool[np.ndarray, "triangles"] | None = None
+) -> Bool[np.ndarray, "samples"]:
+    """The sub-samples that look up a layer of some parts: all that see them; for a local layer, whose ``on_hull`` is
+    given, all but those on fronts that cannot reflect their own object [Hakura01, sec. 4]."""
+    select = np.isin(gbuffer.row_part, parts)[gbuffer.row_of_sample]
+    if on_hull is not None:
+        select &= ~on_hull[gbuffer.triangle] | gbuffer.back
+    return select
 
 
 def _common_rows(gbuffer: GBuffer, layers: SegmentedLayers) -> tuple[np.ndarray, np.ndarray]:
@@ -78,7 +89,13 @@ def _target(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows chan
 
 
 def _row_weights(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows channels"]:
-    """Coverage/(1 + b)² with b the row's brightest channel: bright lights are clipped by the eye and ring otherwise."""
+    """Coverage/(1 + b)² with b the row's brightest channel: displays saturate, and bright lights ring otherwise.
+
+    Errors of the distant layer count as much as they show through the local one, (1 - alpha)², but never nothing: from
+    other viewpoints more of them may show.
+    """
     target = _target(kind, layers)
-    weight = layers.coverage / (1.0 + target[:, :3].max(1)) ** 2
+    weight = layers.coverage / (1.0 + target[:, :3].max(1, initial=0.0)) ** 2
+    if kind == "distant":
+        weight = weight * ((1.0 - layers.alpha) ** 2 + _HIDDEN)
     return np.repeat(weight[:, None], target.shape[1], 1)

@@ -16,13 +16,16 @@ _RIDGE = 1e-6  # keeps the coarsest level, which the penalty does not hold, at i
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """How far a solve goes. ``regularization`` is the weight of the penalty beside rows of mean weight 1."""
+    """How far a solve goes. ``regularization`` is the weight of the penalty beside rows of mean weight 1.
+
+    ``rounds`` holds the most iterations of each round; between rounds texels are put back into their bounds. Few
+    iterations are a regularization of their own: maps solved to the end show their own viewpoint no better and all
+    others worse.
+    """
 
     regularization: float = 0.02
-    iterations: int = 20
+    rounds: tuple[int, ...] = (6, 4, 4, 4)
     tolerance: float = 1e-3
-    restarts: int = 2
-    restart_iterations: int = 6
 
 
 def solve(
@@ -37,27 +40,23 @@ def solve(
     """Texels x that minimize Σ weights·(A·x - target)² + regularization·‖G·(x - prior)‖², with 0 ≤ x ≤ ``upper``.
 
     Implements the inference of [Hakura01, sec. 4, "EM Inference"]: all mip levels at once, by conjugate gradient.
-    Starts at the prior. Each channel is a system of its own with a Jacobi preconditioner; a channel stops at
-    ``tolerance`` times its first residual. Texels that leave their bounds are put back and held there while the others
-    are solved again. Memory: about nine vectors of all texels and channels in float32.
+    Starts at the prior. Each channel is a system of its own with a Jacobi preconditioner; a round stops at
+    ``tolerance`` times its first residual. Texels that a round drove out of their bounds are put back; the next one
+    holds those at a bound that the gradient would drive out again. Memory: about nine vectors of all texels and
+    channels in float32.
     """
     system = _System(matrix, weights, chain, settings.regularization)
     planar_target = np.ascontiguousarray(target.T, dtype=np.float32)
     planar_prior = np.ascontiguousarray(prior.T, dtype=np.float32)
     change = np.zeros_like(planar_prior)
     limit = upper.astype(np.float32)[:, None]
-    free = np.ones(change.shape, np.bool_)
     iterations = 0
-    for attempt in range(settings.restarts + 1):
-        most = settings.restart_iterations if attempt else settings.iterations
+    for most in settings.rounds:
         residual = system.residual(planar_target, planar_prior, change)
-        done = _conjugate_gradient(system, residual, change, free, most, settings.tolerance)
-        iterations += done
         x = planar_prior + change
-        free = (x >= 0.0) & (x <= limit)
-        change = np.clip(x, 0.0, limit) - planar_prior
-        if free.all():
-            break
+        free = ~(((x <= 0.0) & (residual < 0.0)) | ((x >= limit) & (residual > 0.0)))
+        iterations += _conjugate_gradient(system, residual, change, free, most, settings.tolerance)
+        change = np.clip(planar_prior + change, 0.0, limit) - planar_prior
     x = planar_prior + change
     return Solution(
         np.ascontiguousarray(x.T),

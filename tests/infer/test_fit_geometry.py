@@ -1,0 +1,119 @@
+"""Fitted geometries against shapes whose fit is known."""
+
+import numpy as np
+import pytest
+from synthetic import mirror_scene, sphere_mesh
+
+from reflet.envmap.cube import texel_directions
+from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
+from reflet.envmap.mip_chain import CubeMipChain
+from reflet.errors import RefletError
+from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
+from reflet.scene.mesh import Mesh
+from reflet.scene.scene import Scene
+from reflet.trace.layers import StaticProbe
+
+
+def box_mesh(lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Mesh:
+    """Twelve triangles; normals do not matter here."""
+    low, high = np.array(lower), np.array(upper)
+    corner = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)])
+    quads = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
+    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.uint32)
+    positions = (low + corner * (high - low)).astype(np.float32)
+    return Mesh(positions, np.zeros_like(positions), triangles)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """A box of 0.4 × 0.2 × 0.3 m standing on y = 0.1."""
+    return mirror_scene(box_mesh((-0.1, 0.1, -0.2), (0.3, 0.3, 0.1)))
+
+
+def probe_of(origin: tuple[float, float, float], distance: np.ndarray) -> StaticProbe:
+    texels = np.zeros((CubeMipChain(distance.shape[-1]).texel_count, 3), np.float32)
+    return StaticProbe(origin, texels, distance.astype(np.float32))
+
+
+def room_probe(lower: tuple[float, float, float], upper: tuple[float, float, float]) -> StaticProbe:
+    """What stands at (0.1, 0.2, -0.05) sees of a closed room."""
+    origin = np.array([0.1, 0.2, -0.05])
+    d = texel_directions(64)
+    return probe_of((0.1, 0.2, -0.05), np.maximum((lower - origin) / d, (upper - origin) / d).min(-1))
+
+
+def test_the_origin_is_the_area_weighted_mean(scene: Scene) -> None:
+    assert np.abs(np.subtract(em_origin(scene, (0,)), (0.1, 0.2, -0.05))).max() < 1e-7  # float32 corners
+
+
+def test_the_least_ellipsoid_around_a_box(scene: Scene) -> None:
+    """It touches all eight corners: radii of √3 half edges."""
+    ellipsoid = bounding_ellipsoid(scene, (0,))
+    assert np.abs(np.subtract(ellipsoid.centre, (0.1, 0.2, -0.05))).max() < 1e-6
+    half = np.array([0.2, 0.1, 0.15]) * np.sqrt(3.0)
+    assert np.abs(ellipsoid.radii / half - 1.02).max() < 1e-5  # the stated margin of 2 %
+
+
+def test_the_least_ellipsoid_holds_a_lopsided_part_and_beats_the_box_around_it() -> None:
+    """A box with a small sphere beside it: the centre moves, and nothing sticks out."""
+    scene = mirror_scene(box_mesh((-0.1, 0.1, -0.2), (0.3, 0.3, 0.1)), sphere_mesh(0.05, 8, (0.6, 0.25, 0.0)))
+    ellipsoid = bounding_ellipsoid(scene, (0, 1))
+    points = np.concatenate([part.mesh.positions for part in scene.parts])
+    inside = (((points - ellipsoid.centre) / ellipsoid.radii) ** 2).sum(1)
+    assert inside.max() < 1.0
+    around_box = np.prod(np.ptp(points, axis=0) / 2.0) * 3.0**1.5
+    assert np.prod(ellipsoid.radii) < 0.95 * around_box
+
+
+def test_a_sphere_mesh_gets_a_sphere() -> None:
+    ellipsoid = bounding_ellipsoid(mirror_scene(sphere_mesh(0.3, 16, (0.1, 0.2, 0.3))), (0,))
+    assert np.abs(np.divide(ellipsoid.radii, 0.3 * 1.02) - 1.0).max() < 1e-3
+    sphere = fit("sphere", mirror_scene(sphere_mesh(0.3, 16)), (0,))
+    assert isinstance(sphere, Sphere)
+    assert abs(sphere.radii[0] - 0.306) < 1e-6
+
+
+def test_a_box_map_takes_the_walls_and_stands_on_the_supporting_plane(scene: Scene) -> None:
+    box = fit("box", scene, (0,), room_probe((-2.0, 0.1, -1.5), (2.5, 2.0, 1.0)))
+    assert isinstance(box, Box)
+    # Distances are float32 and walls are hit exactly: their median is a wall.
+    assert np.abs(np.subtract(box.lower, (-2.0, 0.1, -1.5))).max() < 1e-5
+    assert np.abs(np.subtract(box.upper, (2.5, 2.0, 1.0))).max() < 1e-5
+    assert box.origin == (0.1, 0.2, -0.05)
+
+
+def test_a_box_map_holds_the_object_where_the_environment_touches_it(scene: Scene) -> None:
+    box = fit("box", scene, (0,), room_probe((-0.11, 0.1, -0.21), (0.15, 0.31, 0.11)))
+    assert isinstance(box, Box)
+    assert box.upper[0] >= 0.3
+    assert box.lower[1] == pytest.approx(0.1)
+
+
+def test_spheres_take_the_typical_distance(scene: Scene) -> None:
+    probe = probe_of((0.1, 0.2, -0.05), np.full((6, 16, 16), 3.0))
+    for kind in ("sphere", "hemisphere", "ellipsoid"):
+        shape = fit(kind, scene, (0,), probe)
+        assert isinstance(shape, Ellipsoid | Hemisphere)
+        # An ellipsoid's radii come from single coordinates of the points: their median lies within the radius.
+        assert max(shape.radii) == pytest.approx(3.0) if kind != "ellipsoid" else 2.0 < max(shape.radii) <= 3.0
+    hemisphere = fit("hemisphere", scene, (0,), probe)
+    assert isinstance(hemisphere, Hemisphere)
+    assert hemisphere.floor == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("kind", ["infinite_sphere", "sphere", "ellipsoid", "box"])
+def test_an_infinitely_far_environment_needs_no_finite_shape(scene: Scene, kind: str) -> None:
+    probe = probe_of((0.1, 0.2, -0.05), np.full((6, 16, 16), np.inf))
+    assert isinstance(fit(kind, scene, (0,), probe), InfiniteSphere)
+
+
+def test_a_hemisphere_under_the_open_sky_keeps_its_floor(scene: Scene) -> None:
+    hemisphere = fit("hemisphere", scene, (0,), probe_of((0.1, 0.2, -0.05), np.full((6, 16, 16), np.inf)))
+    assert isinstance(hemisphere, Hemisphere)
+    assert hemisphere.floor == pytest.approx(0.1)
+    assert min(hemisphere.radii) > 10.0
+
+
+def test_an_unknown_kind_is_refused_in_one_sentence(scene: Scene) -> None:
+    with pytest.raises(RefletError, match=r"geometry must be one of .* not cylinder\."):
+        fit("cylinder", scene, (0,))
