@@ -8,10 +8,8 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.surface import environment_radiance, surface_at
+from reflet.trace.surface import environment_radiance, sky_lookup, surface_at
 
-# Mitsuba's u is atan2(x', -z')/2π and ours 1/2 + atan2(z, x)/2π: it looks along x' = -z, z' = x.
-ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]], np.float64)
 PROBES = 16  # points a triangle at which its emission is averaged for its share of the samples
 
 
@@ -45,7 +43,13 @@ class Emitters:
             self.choice = mi.DiscreteDistribution(mi.Float(power[lit].astype(np.float32)))
             self.density = mi.Float((chance / np.maximum(area, 1e-30)).astype(np.float32))
         if light is not None and self.has_environment:
-            self.environment = environment_emitter(light.radiance)
+            height, width = light.radiance.shape[:2]
+            sine = np.sin((np.arange(height) + 0.5) * np.pi / height)
+            weight = light.radiance.mean(-1, dtype=np.float64) * sine[:, None]
+            self.pixel = mi.DiscreteDistribution(mi.Float((weight / weight.max()).ravel().astype(np.float32)))
+            # Four wide, as pixels of the environment are.
+            pixel_density = weight / weight.sum() * (height * width * self.environment_share)
+            self.pixel_density = mi.Float(np.repeat(pixel_density.ravel(), 4).astype(np.float32))
 
     def sample(self, position, u, active) -> LightSample:  # type: ignore[no-untyped-def]
         """One emitter sample for each position; ``u`` are three uniform numbers in [0, 1)."""
@@ -67,13 +71,11 @@ class Emitters:
             light = dr.select(surface.visible, surface.emission, 0.0)
             density = self.density_of_hit(triangle, surface.geometric_normal, direction, distance, surface.visible)
         if self.has_environment:
-            reference = dr.zeros(mi.Interaction3f)
-            reference.p = mi.Point3f(position)
-            drawn, _ = self.environment.sample_direction(reference, mi.Point2f(u[1], u[2]), to_environment)
-            direction = dr.select(to_environment, drawn.d, direction)
+            out = self._sky_direction(u[0] / self.environment_share, u[1], u[2], to_environment)
+            direction = dr.select(to_environment, out, direction)
             distance = dr.select(to_environment, dr.largest(mi.Float), distance)
-            density = dr.select(to_environment, self.density_of_escape(drawn.d, to_environment), density)
-            light = dr.select(to_environment, environment_radiance(self.device, drawn.d, to_environment), light)
+            density = dr.select(to_environment, self.density_of_escape(out, to_environment), density)
+            light = dr.select(to_environment, environment_radiance(self.device, out, to_environment), light)
         return LightSample(direction, distance, density, dr.select(density > 0.0, light, 0.0))
 
     def density_of_hit(self, triangle, normal, direction, distance, active):  # type: ignore[no-untyped-def]
@@ -88,17 +90,22 @@ class Emitters:
         """Density per steradian with which `sample` picks a direction of the environment."""
         if not self.has_environment:
             return mi.Float(0.0)
-        record = dr.zeros(mi.DirectionSample3f)
-        record.d = mi.Vector3f(direction)
-        density = self.environment.pdf_direction(dr.zeros(mi.Interaction3f), record, active)
-        return density * self.environment_share
+        sine = dr.safe_sqrt(1.0 - dr.square(direction.y))
+        per_picture = sky_lookup(self.device, self.pixel_density, direction, active).x
+        return per_picture / dr.maximum(2.0 * dr.square(dr.pi) * sine, 1e-6)
 
-
-def environment_emitter(radiance: np.ndarray) -> "mi.Emitter":
-    """Mitsuba's emitter for a lat-long picture in the project's convention."""
-    bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
-    to_world = mi.ScalarTransform4f(np.linalg.inv(ENVIRONMENT_FROM_WORLD))
-    return mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": to_world})
+    def _sky_direction(self, which, u, v, active):  # type: ignore[no-untyped-def]
+        """Directions whose density is as bilinear as the picture: a pixel by its flux, and a tent around its centre."""
+        height, width = self.device.environment_size
+        pixel = self.pixel.sample(dr.minimum(which, 1.0 - 2.0**-24), active)
+        row = pixel // width
+        jitter = mi.warp.square_to_tent(mi.Point2f(u, v))
+        x = (mi.Float(pixel - row * width) + 0.5 + jitter.x) / width
+        y = (mi.Float(row) + 0.5 + jitter.y) / height
+        y = dr.select(y < 0.0, -y, dr.select(y > 1.0, 2.0 - y, y))  # beyond a pole the picture's rows repeat
+        sin_phi, cos_phi = dr.sincos((x - 0.5) * dr.two_pi)
+        sin_theta, cos_theta = dr.sincos(y * dr.pi)
+        return mi.Vector3f(cos_phi * sin_theta, cos_theta, sin_phi * sin_theta)
 
 
 def _point_on(device: DeviceScene, triangle, uv, active):  # type: ignore[no-untyped-def]

@@ -12,12 +12,14 @@ from reflet.scene.camera import Camera
 from reflet.scene.material import Material, Texture
 from reflet.scene.mesh import Mesh
 from reflet.scene.scene import Part, Scene
-from reflet.trace.emitters import environment_emitter
 from reflet.trace.mirror_bsdf import register_mirror
 from reflet.trace.variant import use_variant
 
 NEAR = 1e-4  # of the camera's distance from its target: nothing in front of the lens is cut off
 APART = 1e-5  # of a mesh's size: how far behind its front the back of a double-sided emitter lies
+
+# Mitsuba's u is atan2(x', -z')/2π and ours 1/2 + atan2(z, x)/2π: it looks along x' = -z, z' = x.
+ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]], np.float64)
 
 
 class PathReference:
@@ -35,7 +37,7 @@ class PathReference:
             if any(part.material.emission) and part.material.double_sided:
                 described[f"back{number}"] = _shape(part, _turned(part.mesh))
         if scene.environment is not None:
-            described["environment"] = environment_emitter(scene.environment.radiance)
+            described["environment"] = _environment(scene.environment.radiance)
         self._scene = mi.load_dict(described)
 
     def picture(
@@ -156,3 +158,10 @@ def _bitmap(linear: np.ndarray, clamp: bool) -> dict[str, Any]:
         "raw": True,
         "wrap_mode": "clamp" if clamp else "repeat",
     }
+
+
+def _environment(radiance: np.ndarray) -> "mi.Emitter":
+    """Mitsuba's emitter for a lat-long picture in the project's convention."""
+    bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
+    to_world = mi.ScalarTransform4f(np.linalg.inv(ENVIRONMENT_FROM_WORLD))
+    return mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": to_world})

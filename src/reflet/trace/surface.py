@@ -139,9 +139,15 @@ def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active):  # type: 
 
 def environment_radiance(device: DeviceScene, direction, active):  # type: ignore[no-untyped-def]
     """Radiance of the environment light along unit directions, bilinear between the centres of its pixels."""
-    height, width = device.environment_size
-    if not height:
+    if device.scene.environment is None:
         return mi.Color3f(0.0)
+    value = sky_lookup(device, device.environment, direction, active)
+    return mi.Color3f(value.x, value.y, value.z)
+
+
+def sky_lookup(device: DeviceScene, table, direction, active):  # type: ignore[no-untyped-def]
+    """A table of four floats for each pixel of the environment light, bilinear: around in u, repeating the last row."""
+    height, width = device.environment_size
     x = (0.5 + dr.atan2(direction.z, direction.x) * dr.inv_two_pi) * width - 0.5
     y = dr.safe_acos(direction.y) * dr.inv_pi * height - 0.5
     fx, fy = dr.floor(x), dr.floor(y)
@@ -151,8 +157,7 @@ def environment_radiance(device: DeviceScene, direction, active):  # type: ignor
         c = column + dx
         c = dr.select(c < 0, c + width, dr.select(c >= width, c - width, c))
         r = dr.clip(row + dy, 0, height - 1)
-        value = dr.gather(mi.Vector4f, device.environment, mi.UInt32(r * width + c), active)
-        return mi.Color3f(value.x, value.y, value.z)
+        return dr.gather(mi.Vector4f, table, mi.UInt32(r * width + c), active)
 
     top = dr.lerp(pixel(0, 0), pixel(1, 0), x - fx)
     bottom = dr.lerp(pixel(0, 1), pixel(1, 1), x - fx)
