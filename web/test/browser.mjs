@@ -19,15 +19,15 @@ const FLAGS = [
   "--use-angle=swiftshader",
 ];
 
-/** Runs `use(page)` in a fresh browser; `flags` replace those that make WebGPU work. */
-export async function withPage(use, { width, height, flags = FLAGS }) {
+/** Runs `use(page)` in a fresh browser; pictures have `scale` pixels for each of the page's. */
+export async function withPage(use, { width, height, scale }) {
   const profile = await mkdtemp(join(tmpdir(), "reflet-browser-"));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     headless: true,
-    args: flags,
+    args: FLAGS,
     viewport: { width, height },
-    deviceScaleFactor: 1,
+    deviceScaleFactor: scale,
     reducedMotion: "reduce",
   });
   try {

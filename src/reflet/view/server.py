@@ -38,7 +38,7 @@ def viewer_server(folder: str | Path, port: int = 0) -> Iterator[str]:
         server = ThreadingHTTPServer(("127.0.0.1", port), handler)
     except OSError as error:
         raise RefletError(f"Port {port} cannot be used ({error.strerror}); choose another with --port.") from None
-    thread = threading.Thread(target=server.serve_forever, name="reflet viewer", daemon=True)
+    thread = threading.Thread(target=server.serve_forever, args=(0.05,), name="reflet viewer", daemon=True)
     thread.start()
     try:
         yield f"http://127.0.0.1:{server.server_port}/"

@@ -18,11 +18,11 @@ export class ResidentMaps {
   private readonly onTheWay = new Map<number, AbortController>();
   private wishes: readonly number[] = [];
 
-  /** `onArrival` is called after each sample that has come, `onFailure` with one sentence. */
+  /** `onArrival` is called with each sample that has come, `onFailure` with one sentence. */
   constructor(
     private readonly device: GPUDevice,
     private readonly pem: Pem,
-    private readonly onArrival: () => void,
+    private readonly onArrival: (sample: number) => void,
     private readonly onFailure: (message: string) => void,
   ) {
     // A cube of n² texels a face has 6·(4n² - 1)/3 texels of 8 bytes in all its levels.
@@ -101,7 +101,7 @@ export class ResidentMaps {
     } finally {
       if (this.onTheWay.get(sample) === controller) this.onTheWay.delete(sample);
     }
-    this.onArrival();
+    this.onArrival(sample);
     this.fetchNext();
   }
 

@@ -1,0 +1,119 @@
+// Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER.
+// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints. Judging is tests/view/test_viewer.py's part.
+
+import { writeFile } from "node:fs/promises";
+import { join } from "node:path";
+import { withPage } from "./browser.mjs";
+
+const [address, orbitAddress, folder] = process.argv.slice(2);
+const browser = { width: 480, height: 360, scale: 0.25 }; // few pixels on the screen: they are drawn by software
+const screen = [120, 90];
+const small = [64, 48];
+const seen = { complaints: [], frames: {} };
+
+await withPage(async (page) => {
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) seen.complaints.push(message.text());
+  });
+  page.on("pageerror", (error) => seen.complaints.push(error.message));
+
+  const viewer = (use, argument) =>
+    page.evaluate(`(${use})(document.querySelector("reflet-viewer"), ${JSON.stringify(argument)})`);
+  const viewpoint = () => viewer((element) => element.viewpoint);
+  const keep = async (name, samples, [width, height] = small) => {
+    const radiance = await viewer(
+      async (element, [w, h, s]) => Array.from((await element.rawFrame(w, h, s)).radiance),
+      [width, height, samples],
+    );
+    await writeFile(join(folder, `${name}.f32`), new Float32Array(radiance));
+    seen.frames[name] = { width, height, viewpoint: await viewpoint() };
+  };
+
+  await page.goto(address);
+  await viewer((element) => element.ready);
+  await keep("home", 16, screen);
+  await keep("home-multisampled", "multisampled");
+
+  // The canvas alone: the picture at rest, and the maps laid flat.
+  await page.addStyleTag({ content: "body { background: none }" });
+  await viewer((element) => {
+    for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = "hidden";
+  });
+  await viewer((element) => element.settled());
+  await page.screenshot({ path: join(folder, "picture.png") });
+  await viewer((element) => element.configure({ view: "maps", layer: 1 }));
+  await viewer((element) => element.settled());
+  await page.screenshot({ path: join(folder, "maps.png") });
+  await viewer((element) => element.configure({ view: "picture" }));
+  await viewer((element) => {
+    for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = "";
+  });
+
+  // By mouse, wheel and keyboard.
+  const { x, y, width: w, height: h } = await page.locator("canvas").boundingBox();
+  await page.mouse.move(x + w / 2, y + h / 2);
+  await page.mouse.down();
+  await page.mouse.move(x + w / 2 - 4, y + h / 2 + 20, { steps: 2 });
+  await page.mouse.up();
+  await keep("dragged", 16);
+  await page.mouse.wheel(0, 100);
+  await page.waitForFunction((before) => document.querySelector("reflet-viewer").viewpoint.distance > before, 2);
+  await keep("zoomed", 4);
+  await page.locator("canvas").focus();
+  await page.keyboard.press("ArrowRight");
+  seen.afterArrow = await viewpoint();
+  await page.keyboard.press("Home");
+  seen.afterHome = await viewpoint();
+
+  // By the panel, found as a person finds things: by their names.
+  await page.getByRole("button", { name: "Settings" }).click();
+  await viewer((element) => {
+    element.viewpoint = { azimuth_deg: 61.25 };
+  });
+  await keep("blended", 4);
+  await page.getByRole("radio", { name: "Nearest" }).check();
+  await keep("nearest", 4);
+  await page.getByRole("checkbox", { name: "Local" }).uncheck();
+  await keep("without-local", 4);
+  await page.getByRole("checkbox", { name: "Fresnel" }).uncheck();
+  await page.getByRole("checkbox", { name: "Diffuse" }).uncheck();
+  await keep("distant-alone", 4);
+  await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite_sphere");
+  await keep("infinite-sphere", 4);
+
+  // Many viewpoints: all the way round, while maps come and go.
+  await page.goto(orbitAddress);
+  const residents = async () => {
+    await viewer((element) => element.rawFrame(4, 3, 1)); // waits for the maps of the view
+    return viewer((element) => element.shadowRoot.querySelector(".status").textContent);
+  };
+  seen.resident = [await residents()];
+  for (let azimuth = 1; azimuth < 360; azimuth += 15) {
+    await viewer((element, value) => {
+      element.viewpoint = { azimuth_deg: value };
+    }, azimuth);
+    seen.resident.push(await residents());
+  }
+  await keep("far-round", 4);
+
+  // What cannot be shown is said in a sentence.
+  const notice = (src) =>
+    page.evaluate(async (where) => {
+      const element = document.createElement("reflet-viewer");
+      element.setAttribute("src", where);
+      document.body.replaceChildren(element);
+      const said = await element.ready.then(
+        () => "",
+        (error) => error.message,
+      );
+      const shown = element.shadowRoot.querySelector(".notice[role=alert]");
+      return shown && !shown.hidden && shown.textContent === said ? said : `not shown: ${said}`;
+    }, src);
+  const complaints = [...seen.complaints];
+  seen.notices = { missing: await notice("pem/nowhere.gltf"), foreign: await notice("reflet-viewer.js") };
+  await page.evaluate(() => Object.defineProperty(navigator, "gpu", { value: undefined, configurable: true }));
+  seen.notices.noWebGpu = await notice("pem/scene.gltf");
+  seen.complaints = complaints; // the missing file just now is in the console, as it should be
+}, browser);
+
+await writeFile(join(folder, "seen.json"), JSON.stringify(seen));
