@@ -16,7 +16,7 @@ BACKGROUND = 0.96  # display value behind the object
 ERROR_MAX = 0.5  # FLIP error at the top of the colour scale: such a pixel is plainly wrong
 ERROR_COLOURS = colormaps["magma"]
 INK, SOFT_INK = "#1d1d1f", "#6e6e73"
-WIDTH, TITLE, CAPTION = 10.0, 0.36, 0.27  # inches: the figure's width, the heights of column titles and captions
+WIDTH, TITLE, CAPTION = 10.0, 0.4, 0.31  # inches: the figure's width, the heights of column titles and captions
 
 Picture = Float[np.ndarray, "height width 3"]
 
@@ -43,10 +43,10 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
         axes.set_axis_off()
         return axes
 
-    _write(cell(0, 0), 0.5, "ray traced", size=7.6, weight="bold")
+    _write(cell(0, 0), 0.5, "ray traced", size=8.4, weight="bold")
     for column, method in enumerate(COLUMNS, start=1):
         title = METHODS[method].replace(", ", "\n")
-        _write(cell(0, column), 0.5, title, size=7.6, weight="bold" if method == "layered" else "normal")
+        _write(cell(0, column), 0.5, title, size=8.4, weight="bold" if method == "layered" else "normal")
     for place, exhibit in enumerate(exhibits):
         row = 1 + 3 * place
         cell(row, 0).imshow(_over_background(exhibit.reference, exhibit, exposure))
@@ -59,8 +59,8 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
             cell(row + 1, column).imshow(_error_image(picture, exhibit, exposure))
             caption = cell(row + 2, column)
             weight = "bold" if result.psnr_display == best else "normal"
-            _write(caption, 0.72, f"{result.psnr_display:.1f} dB", size=7.6, weight=weight)
-            _write(caption, 0.3, f"SSIM {result.ssim:.3f}   FLIP {result.flip:.3f}", size=5.2, color=SOFT_INK)
+            _write(caption, 0.72, f"{result.psnr_display:.1f} dB", size=8.4, weight=weight)
+            _write(caption, 0.3, f"SSIM {_short(result.ssim)}  FLIP {_short(result.flip)}", size=6.2, color=SOFT_INK)
     out = BytesIO()
     # Without the library's version among the metadata, equal comparisons give equal files.
     figure.savefig(out, format="png", metadata={"Software": None})
@@ -76,13 +76,18 @@ def _write(axes: Axes, y: float, text: str, *, size: float, weight: str = "norma
 
 def _describe(axes: Axes, exhibit: Exhibit) -> None:
     """Names the place beside its error images, and shows their colour scale."""
-    _write(axes, 0.82, PLACES[exhibit.where], size=7.6, weight="bold")
-    _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:g}°", size=5.6, color=SOFT_INK)
-    _write(axes, 0.51, f"elevation {exhibit.elevation_deg:g}°", size=5.6, color=SOFT_INK)
+    _write(axes, 0.82, PLACES[exhibit.where], size=8.4, weight="bold")
+    _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:g}°", size=6.4, color=SOFT_INK)
+    _write(axes, 0.51, f"elevation {exhibit.elevation_deg:g}°", size=6.4, color=SOFT_INK)
     scale = axes.inset_axes((0.18, 0.24, 0.64, 0.07))
     scale.set_axis_off()
     scale.imshow(np.linspace(0.0, 1.0, 256)[None], aspect="auto", cmap=ERROR_COLOURS)
-    _write(axes, 0.13, f"0     FLIP error     {ERROR_MAX:g}", size=5.2, color=SOFT_INK)
+    _write(axes, 0.13, f"0    FLIP error    {ERROR_MAX:g}", size=6.2, color=SOFT_INK)
+
+
+def _short(share: float) -> str:
+    """Three decimals without the zero before them, which small type can spare."""
+    return f"{share:.3f}".replace("0.", ".", 1)
 
 
 def _over_background(radiance: Picture, exhibit: Exhibit, exposure: float) -> Picture:

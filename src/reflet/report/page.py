@@ -3,12 +3,14 @@
 import base64
 import html
 from io import BytesIO
+from pathlib import PurePath
 
 import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
-from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.envmap.env_map import EnvMap
+from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.report.comparison import METHODS, PLACES, Comparison
 from reflet.report.figure import comparison_figure
 from reflet.report.maps_figure import env_map_sheet
@@ -23,11 +25,12 @@ h1 { font-size: 2.1rem; line-height: 1.15; margin: 0 0 .4rem; letter-spacing: -.
 h2 { font-size: 1.25rem; margin: 3rem 0 .6rem; }
 p { max-width: 46rem; } .soft, figcaption { color: var(--soft); font-size: .9rem; }
 figure { margin: 1.2rem 0; } img { display: block; max-width: 100%; height: auto; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 1rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
 th, td { padding: .35rem .6rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; } tr.best td { font-weight: 650; }
+small { color: var(--soft); font-weight: 400; }
 pre { background: #f5f5f7; border-radius: .6rem; padding: .9rem 1.1rem; overflow-x: auto; font-size: .82rem;
       line-height: 1.4; }
 """
@@ -38,22 +41,19 @@ def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, nam
 
     ``name`` is the PEM's folder as the reader will type it.
     """
-    words = html.escape(name)
+    words, title = html.escape(name), html.escape(PurePath(name).name)
     traced = _image(picture_srgb(comparison.traced_picture), "Ray traced")
     baked = _image(picture_srgb(comparison.layered_picture), "Played back from the maps")
-    maps = "\n".join(
-        f"<figure>{_image(env_map_sheet(env_map), f'{layer.name}: all faces and mip levels')}"
-        f"<figcaption>{html.escape(layer.name)}: {layer.kind}, {layer.geometry.kind.replace('_', ' ')}, "
-        f"{layer.size}² texels a face{'; below, its alpha' if layer.kind == 'local' else ''}</figcaption></figure>"
-        for layer, env_map in zip(pem.layers, pem.maps[0], strict=True)
-    )
+    sheets = {"distant": "", "local": ""}
+    for layer, env_map in zip(pem.layers, pem.maps[0], strict=True):
+        sheets[layer.kind] += _map_figure(layer, env_map)
     return f"""<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{words}: parameterized environment maps</title>
+<title>{title}: parameterized environment maps</title>
 <style>{_STYLE}</style>
-<h1>{words}</h1>
+<h1>{title}</h1>
 <p class="soft">Ray-traced reflections, baked into parameterized environment maps by reflet.</p>
 <div class="pair">
 <figure>{traced}<figcaption>Ray traced</figcaption></figure>
@@ -71,7 +71,8 @@ itself; a single layer shows it, but moves it wrongly between viewpoints.</p>
 <h2>The inferred maps</h2>
 <p>All layers of the first viewpoint. Every mip level is inferred on its own, so none is merely a filtered copy of the
 finer one. What no sample saw stays close to the static map.</p>
-{maps}
+{sheets["distant"]}
+<div class="pair">{sheets["local"]}</div>
 <h2>Statistics</h2>
 <pre>{html.escape(pem_table(pem))}</pre>
 </html>
@@ -85,18 +86,33 @@ def _table(comparison: Comparison) -> str:
     rows = "".join(
         f'<tr class="{"best" if method == "layered" else ""}"><td>{words}</td>'
         + "".join(
-            f"<td>{r.psnr_display:.2f} dB · {r.ssim:.3f} · {r.flip:.3f}</td>"
+            f"<td>{r.psnr_display:.2f} dB<br><small>{r.ssim:.3f} · {r.flip:.3f}</small></td>"
             for r in (comparison.result(place, method) for place in places)
         )
         + "</tr>"
         for method, words in METHODS.items()
     )
-    return f"<table><tr><th>display PSNR · SSIM · FLIP</th>{heads}</tr>{rows}</table>"
+    return f"<table><tr><th>display PSNR<br><small>SSIM · FLIP</small></th>{heads}</tr>{rows}</table>"
 
 
 def _circumstances(comparison: Comparison) -> str:
-    """The comparison's context as one sentence a fact."""
-    return html.escape(" · ".join(f"{name.replace('_', ' ')}: {value}" for name, value in comparison.context.items()))
+    """The comparison's context in one line."""
+    facts = []
+    for name, value in comparison.context.items():
+        words = ", ".join(value) if isinstance(value, list) else f"{value:.4g}" if isinstance(value, float) else value
+        facts.append(f"{name.replace('_', ' ')}: {words}")
+    return html.escape(" · ".join(facts))
+
+
+def _map_figure(layer: Layer, env_map: EnvMap) -> str:
+    """One layer's map laid flat, with its caption."""
+    name = html.escape(layer.name)
+    geometry = layer.geometry.kind.replace("_", " ")
+    alpha = "; below, its alpha" if layer.kind == "local" else ""
+    return (
+        f"<figure>{_image(env_map_sheet(env_map), f'{layer.name}: all faces and mip levels')}"
+        f"<figcaption>{name}: {geometry}, {layer.size}² texels a face{alpha}</figcaption></figure>\n"
+    )
 
 
 def _image(pixels: UInt8[np.ndarray, "height width 3"], alt: str) -> str:
