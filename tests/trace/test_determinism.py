@@ -10,7 +10,10 @@ from trace_scenes import CHROME, camera, quad, room, scene, sphere
 
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
+from reflet.trace.device_scene import DeviceScene
+from reflet.trace.irradiance import trace_irradiance
 from reflet.trace.tracer import Tracer
+from reflet.trace.variant import use_variant
 
 
 def digest(seed: int) -> str:
@@ -23,7 +26,9 @@ def digest(seed: int) -> str:
         Part("ball", sphere((-0.5, 0, 0), 0.6, rows=12), CHROME, True),
         Part("other", sphere((0.7, 0, 0), 0.5, rows=12), CHROME, True),
     ]
-    tracer = Tracer(scene(parts, [(2,), (3,)]), irradiance_spp=16)
+    what = scene(parts, [(2,), (3,)])
+    use_variant()
+    tracer = Tracer(what, irradiance=trace_irradiance(DeviceScene(what), spp=16, budget=2000))
     view = tracer.view(camera((0.0, 0.4, 1.9), size=24), spp=8, seed=seed, surroundings=True)
     probe = tracer.probe(0, (-0.5, 0.0, 0.0), size=8, spp=4)
     total = hashlib.blake2b()

@@ -12,7 +12,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from jaxtyping import Float, Float32
-from scipy.stats import qmc
 
 from reflet.scene.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
@@ -32,7 +31,7 @@ DIMENSIONS = 7  # two for the place, two for the ray, three for the emitter
 def trace_irradiance(
     device: DeviceScene,
     *,
-    spp: int = 256,
+    spp: int = 512,
     budget: int = 150_000,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
@@ -90,7 +89,7 @@ class _Gatherer:
     ) -> Float32[np.ndarray, "sites 3"]:
         """Irradiance/π at all sites, from the paths with these indices in the sequence of random numbers."""
         sites, paths = len(self.sites.starts) - 1, len(numbers)
-        table = mi.Float(_sequence(int(numbers.max()) + 1, self.seed)[numbers].ravel())
+        table = mi.Float(_sequence(int(numbers.max()) + 1)[numbers].ravel())
         limit = dr.opaque(mi.Float, min(caustic_limit, 3e38))
         result = np.zeros((sites, 3), np.float32)
         step = max(LANES // paths, 1)
@@ -163,9 +162,14 @@ class _Gatherer:
         return mi.Point2f(dr.clip(x, 1e-4, 1.0), dr.clip(y, 1e-4, 1.0))
 
 
-def _sequence(count: int, seed: int) -> Float[np.ndarray, "count dimensions"]:
-    sobol = qmc.Sobol(DIMENSIONS, scramble=True, rng=seed)
-    return sobol.random_base2(max(count - 1, 1).bit_length())[:count].astype(np.float32)
+def _sequence(count: int) -> Float[np.ndarray, "count dimensions"]:
+    """Multiples of powers of 1/φ modulo 1, φ^(d+1) = φ + 1: evenly spread however many are taken, as good as Sobol's
+    points here once every site shifts them."""
+    phi = 1.0
+    for _ in range(64):
+        phi = (1.0 + phi) ** (1.0 / (DIMENSIONS + 1))
+    powers = phi ** -np.arange(1.0, DIMENSIONS + 1)
+    return ((np.arange(count)[:, None] + 0.5) * powers % 1.0).astype(np.float32)
 
 
 def _numbers(table, path, site, seed: int):  # type: ignore[no-untyped-def]

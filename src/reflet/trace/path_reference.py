@@ -24,7 +24,7 @@ ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0
 
 class PathReference:
     """A scene with Mitsuba's shapes, textures and emitters, its diffuse BSDFs, and a mirror with the project's Fresnel
-    term. Normal maps are left out, with a RefletWarning."""
+    term: ``scene`` is Mitsuba's. Normal maps are left out, with a RefletWarning."""
 
     def __init__(self, scene: Scene, *, variant: str = "llvm_ad_rgb") -> None:
         use_variant(variant)
@@ -38,7 +38,7 @@ class PathReference:
                 described[f"back{number}"] = _shape(part, _turned(part.mesh))
         if scene.environment is not None:
             described["environment"] = _environment(scene.environment.radiance)
-        self._scene = mi.load_dict(described)
+        self.scene = mi.load_dict(described)
 
     def picture(
         self, camera: Camera, *, spp: int, max_depth: int = 32, seed: int = 0
@@ -46,9 +46,13 @@ class PathReference:
         """Path traced radiance with ``spp`` independent samples a pixel and box filter; ``max_depth`` counts a path's
         segments, 1 being what the camera sees emit."""
         integrator = mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": max_depth + 1})
-        sensor = mi.load_dict(_sensor(camera, spp))
-        image = mi.render(self._scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed)
+        sensor = self.sensor(camera, spp)
+        image = mi.render(self.scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed)
         return np.asarray(image, np.float32).reshape(camera.height, camera.width, 3)
+
+    def sensor(self, camera: Camera, spp: int) -> "mi.Sensor":
+        """Mitsuba's sensor for a camera."""
+        return mi.load_dict(_sensor(camera, spp))
 
     def along(
         self, origin: Float32[np.ndarray, "rays 3"], direction: Float32[np.ndarray, "rays 3"], *, max_depth: int = 32
@@ -58,7 +62,7 @@ class PathReference:
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(0, len(origin))
         ray = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
-        radiance, _, _ = integrator.sample(self._scene, sampler, ray)
+        radiance, _, _ = integrator.sample(self.scene, sampler, ray)
         return np.stack([channel.numpy() for channel in radiance], -1)
 
 

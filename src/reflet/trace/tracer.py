@@ -27,7 +27,7 @@ class Tracer:
         *,
         variant: str = "llvm_ad_rgb",
         irradiance: IrradianceMap | None = None,
-        irradiance_spp: int = 256,
+        irradiance_spp: int = 512,
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
         use_variant(variant)
