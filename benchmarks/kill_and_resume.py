@@ -1,14 +1,16 @@
-"""Kills a bake at random moments, again and again, resumes it, and compares its files with those of an undisturbed bake.
+"""Kills a bake at random moments, resumes it each time, and compares its files with those of an undisturbed bake.
 
 Run it with a scene (any that ``reflet bake`` takes) and the number of kills::
 
     python benchmarks/kill_and_resume.py teapot-room 10
 
-Prints one line a kill and, at the end, whether every file is the same, byte for byte; ends with status 1 if not.
+A bake that finishes between two kills is compared and begun anew. Prints a line for each kill and each comparison; ends
+with status 1 if any byte of any file differs.
 """
 
 import hashlib
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,7 +21,7 @@ from pathlib import Path
 from reflet.bake import TIMINGS
 
 BAKE = [sys.executable, "-c", "from reflet.cli.main import main; main()", "bake"]
-OPTIONS = "--views 6 --spacing 2 --image-size 96 --em-size 32 --spp 8".split()
+OPTIONS = ["--views", "6", "--image-size", "96", "--em-size", "32", "--spp", "8"]
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -28,28 +30,46 @@ def contents(folder: Path) -> dict[str, str]:
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
+def differences(whole: Path, broken: Path) -> int:
+    """Number of files that differ, which are printed."""
+    expected, found = contents(whole), contents(broken)
+    different = sorted(name for name in {*expected, *found} if expected.get(name) != found.get(name))
+    print(f"{len(expected)} files, {len(different)} differ", *different, sep="\n    ", flush=True)
+    return len(different)
+
+
+def bake(scene: str, out: Path, seconds: float | None = None) -> bool:
+    """Whether the bake ended by itself within so many seconds; else it is killed."""
+    process = subprocess.Popen([*BAKE, scene, *OPTIONS, "--out", str(out), "--resume"], stdout=subprocess.DEVNULL)
+    try:
+        if process.wait(seconds):
+            sys.exit(f"the bake failed with status {process.returncode}")
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        return False
+    return True
+
+
 def main(scene: str, kills: int) -> int:
     """Exit status of the whole."""
-    rng = random.Random(1)
+    rng, killed, different = random.Random(1), 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         whole, broken = Path(temporary) / "whole", Path(temporary) / "broken"
         began = time.monotonic()
-        subprocess.run([*BAKE, scene, *OPTIONS, "--out", str(whole)], check=True)
+        bake(scene, whole)
         duration = time.monotonic() - began
-        for kill in range(kills):
-            process = subprocess.Popen([*BAKE, scene, *OPTIONS, "--out", str(broken), "--resume"])
-            moment = rng.uniform(0.05, 0.9) * duration
-            try:
-                process.wait(moment)
-            except subprocess.TimeoutExpired:
-                process.send_signal(signal.SIGKILL)
-                process.wait()
-            samples = len(list(broken.glob("maps/*/sample.json")))
-            print(f"kill {kill + 1}: after {moment:.1f} s, {samples} viewpoints on disk", flush=True)
-        subprocess.run([*BAKE, scene, *OPTIONS, "--out", str(broken), "--resume"], check=True)
-        expected, found = contents(whole), contents(broken)
-    different = sorted(name for name in {*expected, *found} if expected.get(name) != found.get(name))
-    print(f"{len(expected)} files, {len(different)} differ" + "".join(f"\n  {name}" for name in different))
+        while killed < kills:
+            moment = rng.uniform(0.0, duration)
+            if bake(scene, broken, moment):
+                different += differences(whole, broken)
+                shutil.rmtree(broken)
+            else:
+                killed += 1
+                samples = len(list(broken.glob("maps/*/sample.json")))
+                print(f"kill {killed}: after {moment:.1f} s, {samples} viewpoints on disk", flush=True)
+        bake(scene, broken)
+        different += differences(whole, broken)
     return 1 if different else 0
 
 
