@@ -4,27 +4,45 @@
 // Vertex entry points: vertices are pulled from storage, and nothing that reaches the fragment stage is interpolated.
 // Draw with draw(3 * count, 1, 3 * first_triangle, sub_sample): triangles are numbered through all parts.
 
-// All that a fragment needs of its triangle, the same at its three corners. `corner` is the first corner's projection,
-// (pixel position times depth, depth), and `edge1`, `edge2` lead from it to those of the others; all positions are seen from
-// pixel `pixel`, near the corner, so that no digits are lost to the distance from the picture's border.
+// All that a fragment needs of its triangle, the same at its three corners. The view ray through pixel position q meets
+// the triangle's plane at the barycentric coordinates area/Σ area, where area (components belong to the three corners) is
+// linear in q: area + area_x (q - from).x + area_y (q - from).y, in precise numbers: their sums nearly cancel where a
+// triangle is seen edge-on.
 struct Raster {
   @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) identity: vec4u,  // triangle, its bits, sub-sample, 0
-  @location(1) @interpolate(flat, either) pixel: vec2f, 
-  @location(2) @interpolate(flat, either) corner: vec3f,
-  @location(3) @interpolate(flat, either) edge1: vec3f,
-  @location(4) @interpolate(flat, either) edge2: vec3f,
-  @location(5) @interpolate(flat, either) a: vec3f,         // first corner and edges to the others, in the world
-  @location(6) @interpolate(flat, either) e1: vec3f,
-  @location(7) @interpolate(flat, either) e2: vec3f,
-  @location(8) @interpolate(flat, either) normal0: vec3f,   // of the corners
-  @location(9) @interpolate(flat, either) normal1: vec3f,
-  @location(10) @interpolate(flat, either) normal2: vec3f,
+  @location(0) @interpolate(flat, either) identity: vec4u,     // triangle, its bits, sub-sample, 0
+  @location(1) @interpolate(flat, either) area: vec4f,        // ... and from.x
+  @location(2) @interpolate(flat, either) area_rest: vec4f,   // ... and from.y
+  @location(3) @interpolate(flat, either) area_x: vec3f,
+  @location(4) @interpolate(flat, either) area_x_rest: vec3f,
+  @location(5) @interpolate(flat, either) area_y: vec3f,
+  @location(6) @interpolate(flat, either) area_y_rest: vec3f,
+  @location(7) @interpolate(flat, either) a: vec3f,           // first corner and edges to the others
+  @location(8) @interpolate(flat, either) e1: vec3f,
+  @location(9) @interpolate(flat, either) e2: vec3f,
+  @location(10) @interpolate(flat, either) normal0: vec3f,    // of the corners
+  @location(11) @interpolate(flat, either) normal1: vec3f,
+  @location(12) @interpolate(flat, either) normal2: vec3f,
 }
 
-// Column k of the matrix that projects, times one coordinate of a point.
-fn projected(column: vec3f, column_rest: vec3f, coordinate: f32, coordinate_rest: f32) -> Precise {
-  return precise_product(Precise(column, column_rest), Precise(vec3f(coordinate), vec3f(coordinate_rest)));
+fn scaled(a: Precise, factor: f32, factor_rest: f32) -> Precise {
+  return precise_product(a, Precise(vec3f(factor), vec3f(factor_rest)));
+}
+
+// row·(x, y, z) of three points.
+fn project(x: Precise, y: Precise, z: Precise, row: vec3f, rest: vec3f) -> Precise {
+  return precise_sum(precise_sum(scaled(x, row.x, rest.x), scaled(y, row.y, rest.y)), scaled(z, row.z, rest.z));
+}
+
+// p_j q_k - p_k q_j for (j, k) = (1, 2), (2, 0), (0, 1).
+fn precise_cross(p: Precise, q: Precise) -> Precise {
+  return precise_difference(
+    precise_product(Precise(p.value.yzx, p.rest.yzx), Precise(q.value.zxy, q.rest.zxy)),
+    precise_product(Precise(p.value.zxy, p.rest.zxy), Precise(q.value.yzx, q.rest.yzx)));
+}
+
+fn from_eye(values: vec3f, eye: f32, eye_rest: f32) -> Precise {
+  return precise_difference(Precise(values, vec3f(0.0)), Precise(vec3f(eye), vec3f(eye_rest)));
 }
 
 fn raster(vertex: u32, sub_sample: u32) -> Raster {
@@ -34,8 +52,8 @@ fn raster(vertex: u32, sub_sample: u32) -> Raster {
   let b = vertices[3u * entry.y].xyz;
   let c = vertices[3u * entry.z].xyz;
   var out: Raster;
-  let place = select(select(c, b, vertex % 3u == 1u), a, vertex % 3u == 0u);
-  out.position = frame.clip_from_world * vec4f(place, 1.0);
+  let corner = select(select(c, b, vertex % 3u == 1u), a, vertex % 3u == 0u);
+  out.position = frame.clip_from_world * vec4f(corner, 1.0);
   out.identity = vec4u(number, entry.w, sub_sample, 0u);
   out.a = a;
   out.e1 = b - a;
@@ -44,21 +62,27 @@ fn raster(vertex: u32, sub_sample: u32) -> Raster {
   out.normal1 = vertices[3u * entry.y + 1u].xyz;
   out.normal2 = vertices[3u * entry.z + 1u].xyz;
 
-  // float32 alone would misplace the corner by 1e-4 pixels. The edges are short and need no such care.
-  let s = precise_difference(Precise(a, vec3f(0.0)), Precise(frame.eye, frame.eye_rest));
-  let rows = transpose(mat3x3f(frame.pixel_x, frame.pixel_y, frame.depth));
-  let rests = transpose(mat3x3f(frame.pixel_x_rest, frame.pixel_y_rest, frame.depth_rest));
-  let corner = precise_sum(
-    precise_sum(projected(rows[0], rests[0], s.value.x, s.rest.x), projected(rows[1], rests[1], s.value.y, s.rest.y)),
-    projected(rows[2], rests[2], s.value.z, s.rest.z));
+  // The corners' projections: pixel position times depth, and depth. The ray through q meets the plane where
+  // Σ b (x - q.x depth, y - q.y depth) = 0 over the corners, so that each b is the cross product of the other two's.
+  let eye_x = from_eye(vec3f(a.x, b.x, c.x), frame.eye.x, frame.eye_rest.x);
+  let eye_y = from_eye(vec3f(a.y, b.y, c.y), frame.eye.y, frame.eye_rest.y);
+  let eye_z = from_eye(vec3f(a.z, b.z, c.z), frame.eye.z, frame.eye_rest.z);
+  let depth = project(eye_x, eye_y, eye_z, frame.depth, frame.depth_rest);
+  var x = project(eye_x, eye_y, eye_z, frame.pixel_x, frame.pixel_x_rest);
+  var y = project(eye_x, eye_y, eye_z, frame.pixel_y, frame.pixel_y_rest);
   let limit = 2.0 * vec2f(frame.width, frame.height);
-  out.pixel = clamp(round(corner.value.xy / corner.value.z), -limit, limit);
-  let moved = projected(vec3f(out.pixel, 0.0), vec3f(0.0), corner.value.z, corner.rest.z);
-  out.corner = precise_difference(corner, moved).value;
-  let row_x = frame.pixel_x - out.pixel.x * frame.depth;
-  let row_y = frame.pixel_y - out.pixel.y * frame.depth;
-  out.edge1 = vec3f(dot(row_x, out.e1), dot(row_y, out.e1), dot(frame.depth, out.e1));
-  out.edge2 = vec3f(dot(row_x, out.e2), dot(row_y, out.e2), dot(frame.depth, out.e2));
+  let origin = clamp(round(vec2f(x.value.x, y.value.x) / depth.value.x), -limit, limit);
+  x = precise_difference(x, scaled(depth, origin.x, 0.0));
+  y = precise_difference(y, scaled(depth, origin.y, 0.0));
+  let area = precise_cross(x, y);
+  let area_x = precise_cross(y, depth);
+  let area_y = precise_cross(depth, x);
+  out.area = vec4f(area.value, origin.x);
+  out.area_rest = vec4f(area.rest, origin.y);
+  out.area_x = area_x.value;
+  out.area_x_rest = area_x.rest;
+  out.area_y = area_y.value;
+  out.area_y_rest = area_y.rest;
   return out;
 }
 

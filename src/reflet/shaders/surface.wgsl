@@ -14,15 +14,8 @@ struct Hit {
   p: vec3f,
 }
 
-// Under pixel position `at`, from where the corners are p, p + u and p + v (times their depths): the plane's point with
-// (1 - b1 - b2) p + b1 (p + u) + b2 (p + v) = 0.
-fn hit_at(t: Raster, at: vec2f) -> Hit {
-  let gap = at - t.pixel;
-  let p = t.corner.xy - gap * t.corner.z;
-  let u = t.edge1.xy - gap * t.edge1.z;
-  let v = t.edge2.xy - gap * t.edge2.z;
-  let b = clamp(vec2f(v.x * p.y - v.y * p.x, u.y * p.x - u.x * p.y) / (u.x * v.y - u.y * v.x),
-                vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC));
+fn hit_at(t: Raster, at: vec2f, area: vec3f) -> Hit {
+  let b = clamp(area.yz / (area.x + area.y + area.z), vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC));
   return Hit(normalize(view_ray(at)), b, t.a + b.x * t.e1 + b.y * t.e2);
 }
 
@@ -35,9 +28,21 @@ struct Hits {
   down: Hit,
 }
 
+// What one step adds. The step is a power of two: nothing is rounded.
+fn a_step(per_pixel: Precise) -> Precise {
+  return Precise(per_pixel.value * NEIGHBOUR_STEP, per_pixel.rest * NEIGHBOUR_STEP);
+}
+
 fn hits_of(t: Raster, at: vec2f) -> Hits {
+  let gap = at - vec2f(t.area.w, t.area_rest.w);
+  let area_x = Precise(t.area_x, t.area_x_rest);
+  let area_y = Precise(t.area_y, t.area_y_rest);
+  let area = precise_sum(
+    precise_sum(Precise(t.area.xyz, t.area_rest.xyz), scaled(area_x, gap.x, 0.0)), scaled(area_y, gap.y, 0.0));
   return Hits(
-    hit_at(t, at), hit_at(t, at + vec2f(NEIGHBOUR_STEP, 0.0)), hit_at(t, at + vec2f(0.0, NEIGHBOUR_STEP)));
+    hit_at(t, at, area.value),
+    hit_at(t, at + vec2f(NEIGHBOUR_STEP, 0.0), precise_sum(area, a_step(area_x)).value),
+    hit_at(t, at + vec2f(0.0, NEIGHBOUR_STEP), precise_sum(area, a_step(area_y)).value));
 }
 
 // A vertex value (0: position and u, 1: normal and v, 2: tangent) at barycentric coordinates b.
