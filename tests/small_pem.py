@@ -101,7 +101,8 @@ def _irradiance(scene: Scene) -> IrradianceMap:
     """None on the mirrors; on the walls a grid of resolution 4 with a smooth shade that differs from wall to wall."""
     resolution = np.zeros(scene.triangle_offsets[-1], np.uint32)
     resolution[scene.triangle_offsets[2] :] = 4
-    counts = np.where(resolution > 0, (resolution + 1) * (resolution + 2) // 2, 0)
+    sides = np.concatenate([np.full(len(p.mesh.triangles), 1 + p.material.double_sided) for p in scene.parts])
+    counts = np.where(resolution > 0, sides * (resolution + 1) * (resolution + 2) // 2, 0)
     offset = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.uint32)
     x = np.arange(counts.sum())[:, None] * np.array([0.11, 0.13, 0.17])
     return IrradianceMap(resolution, offset, (0.6 + 0.3 * np.sin(x)).astype(np.float32))

@@ -18,6 +18,7 @@ import pytest
 from PIL import Image
 from small_pem import small_pem
 
+from reflet.errors import RefletError
 from reflet.pem.container import save_pem
 from reflet.scene.parameter_space import Axis
 from reflet.view.server import viewer_server
@@ -53,12 +54,14 @@ def orbit_pem():
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """(what the browser saw, folder of its frames, PEM folder, orbit's PEM folder)."""
-    try:
-        viewer_folder()
-    except Exception:
-        pytest.skip("the viewer is not built; run: make web")
     if not shutil.which(CHROMIUM) or not shutil.which("node"):
         pytest.skip("needs Chromium and Node.js")
+    try:
+        built = (viewer_folder() / "index.html").stat().st_mtime
+    except RefletError:
+        pytest.skip("the viewer is not built; run: make web")
+    sources = [*ROOT.glob("web/src/**/*"), *ROOT.glob("src/reflet/shaders/*.wgsl")]
+    assert built > max(path.stat().st_mtime for path in sources), "the viewer is older than its sources; run: make web"
     folder = tmp_path_factory.mktemp("viewer")
     save_pem(folder / "pem", small_pem())
     save_pem(folder / "orbit", orbit_pem())
@@ -136,7 +139,7 @@ def test_resident_maps_are_bounded(session):
     assert max(resident) == 42  # fills the cube arrays, and no more
 
 
-def test_mouse_wheel_and_keys_move_the_camera(session):
+def test_mouse_wheel_keys_and_fingers_move_the_camera(session):
     seen = session[0]
     home, dragged, zoomed = (seen["frames"][name]["viewpoint"] for name in ("home", "dragged", "zoomed"))
     # 180° for the shorter side of 360 pixels: to the left by 4 turns by +2°, down by 20 lifts by 10°.
@@ -146,6 +149,7 @@ def test_mouse_wheel_and_keys_move_the_camera(session):
     assert zoomed["distance"] == pytest.approx(dragged["distance"] * 1.001**400)
     assert seen["afterArrow"]["azimuth_deg"] == pytest.approx(zoomed["azimuth_deg"] + 2.0)
     assert seen["afterHome"] == home
+    assert seen["afterPinch"]["distance"] == pytest.approx(home["distance"] * 150 / 100)
 
 
 def test_the_screen_shows_the_tone_mapped_frame(session):

@@ -26,7 +26,10 @@ const template = (pem: Pem): string => `
     ["maps", "Maps"],
   ])}
   <label class="row" data-for="maps"><span>Map</span><select name="layer">${options(
-    pem.layers.map((layer, k) => [String(k), `${layer.name}, ${layer.kind}`]),
+    pem.layers.map((layer, k) => [
+      String(k),
+      layer.name.includes(layer.kind) ? layer.name : `${layer.name}, ${layer.kind}`,
+    ]),
   )}</select></label>
   <div data-for="picture">
     ${choice("blend", "Viewpoints", [

@@ -33,6 +33,8 @@ export interface Listener {
 }
 
 export class Playback {
+  /** Width at the right side of the canvas that something else covers, in the page's pixels: no map is laid there. */
+  covered = 0;
   private point: ViewPoint;
   private changed = false;
   private lastChange = 0;
@@ -41,6 +43,7 @@ export class Playback {
   private awake = false;
   private coarseness = COARSEST;
   private frameMs = 0;
+  private frameSize = "";
   private readonly limits: ViewLimits;
   private readonly maps: ResidentMaps;
   private renderer!: Renderer;
@@ -165,7 +168,8 @@ export class Playback {
       const [slot] = this.maps.shown(new Map([[nearestSample(this.wanted()), 1]]), this.byDistance()).keys();
       if (slot === undefined) return false;
       const screen = this.screen(full.width, full.height);
-      this.renderer.displayMap(screen, this.settings, this.settings.layer, slot, full.width, full.height);
+      const free = Math.max(1 - this.covered / this.canvas.clientWidth, 0.2) * full.width;
+      this.renderer.displayMap(screen, this.settings, this.settings.layer, slot, free, full.height);
       this.listener.shown();
       return false;
     }
@@ -193,6 +197,7 @@ export class Playback {
 
   /** The canvas at a number of pixels; the page stretches it over its place. */
   private screen(width: number, height: number): GPUTextureView {
+    if (this.samplesAtRest === 0) this.frameSize = `${width} × ${height}`;
     if (this.canvas.width !== width) this.canvas.width = width;
     if (this.canvas.height !== height) this.canvas.height = height;
     return this.context.getCurrentTexture().createView();
@@ -240,9 +245,10 @@ export class Playback {
   private status(): string {
     const { azimuth_deg, elevation_deg, distance } = this.point;
     return [
-      `Azimuth ${azimuth_deg.toFixed(1)}°, elevation ${elevation_deg.toFixed(1)}°, ${distance.toFixed(2)} m`,
-      `${this.maps.residentCount} of ${this.pem.maps.length} viewpoints here, ${Math.ceil(this.maps.bytes / 2 ** 20)} MB of maps`,
-      `${this.frameMs.toFixed(this.frameMs < 100 ? 1 : 0)} ms a frame`,
+      `Azimuth ${azimuth_deg.toFixed(1)}°, elevation ${elevation_deg.toFixed(1)}°`,
+      `Distance ${distance.toFixed(2)} m`,
+      `${this.maps.residentCount} of ${this.pem.maps.length} viewpoints here, ${Math.ceil(this.maps.bytes / 2 ** 20)} MB`,
+      `${this.frameMs.toFixed(this.frameMs < 100 ? 1 : 0)} ms a frame of ${this.frameSize}`,
     ].join("\n");
   }
 }

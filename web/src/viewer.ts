@@ -124,7 +124,6 @@ export class RefletViewer extends HTMLElement {
         () => playback.home(),
       );
       this.buildPage(playback, this.panel);
-      playback.invalidate();
       this.resolveReady();
     } catch (error) {
       this.rejectReady(this.fail(error instanceof Error ? error.message : String(error)));
@@ -144,12 +143,14 @@ export class RefletViewer extends HTMLElement {
     const { signal } = this.gone;
     const open = (opened: boolean) => {
       panel.element.hidden = !opened;
+      playback.covered = opened ? this.clientWidth - panel.element.offsetLeft : 0;
+      playback.invalidate();
       this.toggle.setAttribute("aria-expanded", String(opened));
     };
+    this.root.append(panel.element);
     open(this.clientWidth >= WIDE);
     this.toggle.hidden = false;
     this.toggle.addEventListener("click", () => open(panel.element.hidden), { signal });
-    this.root.append(panel.element);
     const motion = {
       turn: (azimuth: number, elevation: number) => {
         const { azimuth_deg, elevation_deg } = playback.viewpoint;

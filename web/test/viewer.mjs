@@ -65,6 +65,16 @@ await withPage(async (page) => {
   await page.keyboard.press("Home");
   seen.afterHome = await viewpoint();
 
+  // Two fingers, 150 pixels apart, then 100.
+  const touch = await page.context().newCDPSession(page);
+  const fingers = (apart) => [-1, 1].map((side) => ({ x: x + w / 2 + (side * apart) / 2, y: y + h / 2 }));
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: fingers(150) });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: fingers(100) });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await page.waitForFunction((before) => document.querySelector("reflet-viewer").viewpoint.distance > before, 2.9);
+  seen.afterPinch = await viewpoint();
+  await page.keyboard.press("Home");
+
   // By the panel, found as a person finds things: by their names.
   await page.getByRole("button", { name: "Settings" }).click();
   await viewer((element) => {

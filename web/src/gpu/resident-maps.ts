@@ -5,7 +5,7 @@ import { fetchFile, type Pem } from "../pem";
 import { createCubeArray, writeCube } from "./textures";
 
 const MOST_SLOTS = 42; // cubes in one cube array: WebGPU's default of 256 array layers
-const MAP_MEMORY = 512 * 2 ** 20; // bytes of all cube arrays
+const MAP_MEMORY = 256 * 2 ** 20; // bytes of all cube arrays
 const AT_ONCE = 2; // samples on their way at the same time
 const AHEAD = 6; // samples wished for: those shown, and their nearest neighbours
 

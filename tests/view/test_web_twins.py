@@ -1,0 +1,148 @@
+"""What the web part shares with Python: the shaders' text, tables and small functions, the glTF file."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_pem import small_pem
+
+from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
+from reflet.pem.container import save_pem
+from reflet.pem.writer import geometry_to_json
+from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.sample_pattern import PATTERN
+from reflet.shaders.link import link
+
+WEB = Path(__file__).parents[2] / "web"
+
+CENTRE, HALF, ORIGIN = (0.5, 1.0, -0.25), (1.0, 2.0, 3.0), (0.1, 0.2, 0.3)
+BOX = Box((-0.5, -1.0, -3.25), (1.5, 3.0, 2.75), ORIGIN)
+GEOMETRIES = (
+    InfiniteSphere(),
+    Sphere(CENTRE, (2.0, 2.0, 2.0), ORIGIN),
+    Ellipsoid(CENTRE, HALF, ORIGIN),
+    BOX,
+    Hemisphere(CENTRE, HALF, 0.5, ORIGIN),
+)
+SURROUNDINGS = {"lower": [-5.0, -5.0, -5.0], "upper": [5.0, 5.0, 5.0]}
+
+
+@pytest.fixture(scope="module")
+def node(tmp_path_factory):
+    """Runs a script of web/test and gives what it printed."""
+    if not shutil.which("node") or not (WEB / "node_modules").exists():
+        pytest.skip("needs Node.js and its packages; run: make web")
+
+    def run(script, argument):
+        command = ["node", f"test/{script}", str(argument)]
+        done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def call(node, tmp_path_factory):
+    """Calls functions of the viewer: [(module, function, arguments), …]."""
+
+    def run(calls):
+        path = tmp_path_factory.mktemp("calls") / "calls.json"
+        path.write_text(json.dumps(calls))
+        return node("call.mjs", path)
+
+    return run
+
+
+def test_both_linkers_give_the_same_bytes(call):
+    programs = ("picture", "backdrop", "accumulate", "display", "map_view", "mipmap", "probe")
+    linked = call([("shaders", "link", [program]) for program in programs])
+    assert [link(f"{program}.wgsl") for program in programs] == linked
+    assert "#import" not in re.sub(r"//.*", "", linked[0])
+
+
+def test_sub_samples_are_those_of_the_table():
+    text = (WEB / "src/gpu/layouts.ts").read_text()
+    table = re.search(r"const PATTERN = \[(.*?)\] as const", text, re.DOTALL)
+    numbers = np.array(re.findall(r"\[(\d+), (\d+)\]", table[1]), float)
+    np.testing.assert_array_equal(numbers / 32, PATTERN)
+
+
+def test_geometries_pack_alike(call):
+    packed = call([("geometry", "pack", [geometry_to_json(geometry)]) for geometry in GEOMETRIES])
+    np.testing.assert_array_equal(np.array(packed, np.float32), [pack(geometry) for geometry in GEOMETRIES])
+
+
+def volume(geometry):
+    """Volume inside a geometry as JSON."""
+    if geometry["kind"] == "box":
+        return np.prod(np.subtract(geometry["upper"], geometry["lower"]))
+    return np.prod(geometry["radii"]) * np.pi * (2 / 3 if geometry["kind"] == "hemisphere" else 4 / 3)
+
+
+def test_geometries_turn_into_others_of_their_volume_and_origin(call):
+    kinds = ("sphere", "ellipsoid", "box", "hemisphere")
+    turned = call([("geometry", "asKind", [geometry_to_json(BOX), kind, 1, SURROUNDINGS]) for kind in kinds])
+    for geometry in turned:
+        assert volume(geometry) == pytest.approx(2.0 * 4.0 * 6.0)
+        assert tuple(geometry["origin"]) == ORIGIN
+    assert turned[2] == json.loads(json.dumps(geometry_to_json(BOX)))  # the same kind: nothing changes
+    assert turned[3]["floor"] == BOX.lower[1]  # a hemisphere stands where the box does
+    back = call([("geometry", "asKind", [geometry, "box", 1, SURROUNDINGS]) for geometry in (turned[1], turned[3])])
+    for geometry in back:
+        np.testing.assert_allclose([geometry["lower"], geometry["upper"]], [BOX.lower, BOX.upper], atol=1e-12)
+    (doubled,) = call([("geometry", "asKind", [geometry_to_json(BOX), "box", 2, SURROUNDINGS])])
+    assert (doubled["lower"], doubled["upper"]) == ([-1.5, -3.0, -6.25], [2.5, 5.0, 5.75])
+    (enclosing,) = call([("geometry", "asKind", [{"kind": "infinite_sphere"}, "box", 1, SURROUNDINGS])])
+    assert enclosing == {"kind": "box", **SURROUNDINGS, "origin": [0, 0, 0]}
+
+
+def test_samples_blend_alike(call):
+    """In one and two dimensions, at random points: inside, outside, on samples, round the circle."""
+    orbit = Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 1.0)
+    azimuth, elevation = Axis("azimuth_deg", (60.0, 62.0, 65.0)), Axis("elevation_deg", (-10.0, 0.0, 30.0, 40.0))
+    random = np.random.default_rng(7)
+    points = [{"azimuth_deg": 62.0, "elevation_deg": 0.0}, {"azimuth_deg": -298.5, "elevation_deg": 35.0}] + [
+        {"azimuth_deg": a, "elevation_deg": e}
+        for a, e in zip(random.uniform(-720, 720, 40), random.uniform(-60, 90, 40), strict=True)
+    ]
+    for axes in ((azimuth,), (azimuth, elevation)):
+        described = [{"name": axis.name, "values": axis.values} for axis in axes]
+        weights = call([("parameter-space", "blendWeights", [described, point]) for point in points])
+        order = call([("parameter-space", "samplesByDistance", [described, point]) for point in points])
+        for point, found, near in zip(points, weights, order, strict=True):
+            expected = ParameterSpace(axes, orbit).blend_weights(point)
+            assert [sample for sample, _ in found] == list(expected)
+            np.testing.assert_allclose([weight for _, weight in found], list(expected.values()), atol=1e-12)
+            assert sorted(near) == list(range(len(near)))
+            assert near[0] in expected  # the closest sample is one of those blended
+
+
+def test_half_floats_round_alike(call):
+    random = np.random.default_rng(3)
+    values = np.concatenate([[0, 1, 65504, 1e9, 2**-24, 2**-25, 1.5 * 2**-24, 6.1e-5, 1 + 2**-11, 1 + 3 * 2**-11, 0.1],
+                             2.0 ** random.uniform(-26, 16, 1000)]).astype(np.float32)  # fmt: skip
+    values = values[: len(values) // 3 * 3]
+    (bits,) = call([("gpu/textures", "halfTexels", [values.tolist()])])
+    rgba = np.array(bits, np.uint16).reshape(-1, 4).view(np.float16)
+    np.testing.assert_array_equal(rgba[:, :3].ravel(), np.clip(values, 0, 65504).astype(np.float16))
+    np.testing.assert_array_equal(rgba[:, 3], 1)
+
+
+def test_gltf_validator_finds_no_error(node, tmp_path):
+    save_pem(tmp_path / "pem", small_pem())
+    issues = node("validate.mjs", tmp_path / "pem/scene.gltf")
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]
+    # What it does say: it does not know our extension, and tangents and uv stand where no texture needs them.
+    said = {message["code"] for message in issues["messages"]}
+    assert said == {"UNSUPPORTED_EXTENSION", "UNUSED_MESH_TANGENT", "UNUSED_OBJECT"}
+
+
+def test_the_lock_names_no_registry():
+    lock = json.loads((WEB / "package-lock.json").read_text())
+    assert all("resolved" not in package for package in lock["packages"].values())
+    assert all("integrity" in package for name, package in lock["packages"].items() if name)
