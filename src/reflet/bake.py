@@ -9,11 +9,13 @@ numbers depend on the sample alone, so a bake that was killed and resumed equals
 import json
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 from jaxtyping import Bool
 
 from reflet.envmap.env_map import EnvMap
@@ -72,6 +74,7 @@ def bake(
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
+    _check_memory(max(chain.texel_count for chain in chains.values()), space.orbit.image_size**2 * sample_count)
     for sample in range(space.sample_count):
         check_camera(scene, space.camera(sample))
     parameters = {
@@ -213,6 +216,20 @@ def infer_view(
     return solutions
 
 
+def _check_memory(texels: int, sub_samples: int) -> None:
+    """Raises RefletError where inference would not fit into the memory that is free.
+
+    A solve holds about nine vectors of four float32 a texel, the G-buffer 72 bytes a sub-sample, a rendering matrix
+    about as much again.
+    """
+    needed, free = 144 * texels + 144 * sub_samples, psutil.virtual_memory().available
+    if needed > free:
+        raise RefletError(
+            f"This bake takes about {needed / 2**30:.0f} GiB of memory, {free / 2**30:.0f} GiB are free; choose smaller"
+            " maps (--em-size) or pictures (--image-size)."
+        )
+
+
 def _tracer_with_irradiance(
     scene: Scene, variant: str, spp: int, writer: PemWriter, progress: ProgressCallback
 ) -> Tracer:
@@ -241,5 +258,5 @@ def _statistics(solution: Solution) -> dict[str, Any]:
 
 def _log(folder: Path, **entry: float) -> None:
     """Appends a line to the bake's timings, which play no part in its result."""
-    with (folder / TIMINGS).open("a") as file:
+    with suppress(OSError), (folder / TIMINGS).open("a") as file:
         file.write(json.dumps(entry) + "\n")

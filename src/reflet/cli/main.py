@@ -1,7 +1,9 @@
 """The command line: `reflet VERB`. Turns errors into sentences and exit statuses."""
 
+import os
 import shlex
 import sys
+import tempfile
 import warnings
 from typing import Any
 
@@ -40,6 +42,8 @@ for verb in (bake, render, compare, verify, info, view):
 def main(arguments: list[str] | None = None) -> None:
     """Runs one command and ends the process: status 0, 2 for anything the user can put right, 130 after Ctrl-C."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    # Where no desktop session set it, graphics drivers complain on stderr that it is missing.
+    os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
     with warnings.catch_warnings():
         warnings.simplefilter("always", RefletWarning)
         warnings.showwarning = _show_warning
@@ -53,8 +57,13 @@ def _run(arguments: list[str]) -> int:
     except RefletError as error:
         click.echo(f"reflet: {error}", err=True)
         return 2
-    except click.ClickException as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
+        return 2
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        command = context.command_path if context else "reflet"
+        click.echo(f"reflet: {error.format_message()} Try {command} --help.", err=True)
         return 2
     except (click.Abort, KeyboardInterrupt):
         click.echo(_stopped(arguments), err=True)
