@@ -117,8 +117,8 @@ def test_a_mirror_sphere_shows_the_analytic_lookup() -> None:
     normal = (eye + (along - np.sqrt(np.maximum(inside, 0.0)))[:, None] * ray) / 0.3
     mirrored = ray - 2.0 * np.einsum("ni,ni->n", ray, normal)[:, None] * normal
     facing = -np.einsum("ni,ni->n", ray, normal) > 0.5
-    # Facets lie up to 1 - cos(π/24)·… ≈ 0.4 % of the radius inside the sphere; where the ray meets them at up to
-    # 60° the normal turns by up to 0.4 %·tan 60°, the mirrored ray by twice that, and |axis| is 0.62: 0.9 %. Linear radiance
-    # interpolated between texels 1/16 apart adds (1/16)²/8·0.62 = 0.03 %.
+    # Facets lie up to 0.4 % of the radius inside the sphere. Where the ray meets them at up to 60° the normal turns by
+    # up to 0.4 %·tan 60°, the mirrored ray by twice that, and |axis| is 0.62: 0.9 %. Linear radiance interpolated
+    # between texels 1/16 apart adds (1/16)²/8·0.62 = 0.03 %.
     assert facing.sum() > 80
     assert np.abs(shown - 1.0 - mirrored @ axis)[facing].max() < 0.01

@@ -18,6 +18,13 @@ _HIDDEN = 0.02  # weight of a distant row that its local layer hides altogether
 
 Kind = Literal["distant", "local", "combined"]
 
+# Local maps are asked for several values by one texel: their fit is worth more than their smoothness.
+_SETTINGS = {
+    "distant": SolverSettings(regularization=0.02),
+    "local": SolverSettings(regularization=0.005),
+    "combined": SolverSettings(regularization=0.02),
+}
+
 
 def infer_layer(
     kind: Kind,
@@ -30,7 +37,7 @@ def infer_layer(
     *,
     prior: Float[np.ndarray, "texels channels"] | None = None,
     on_hull: Bool[np.ndarray, "triangles"] | None = None,
-    settings: SolverSettings = SolverSettings(),  # noqa: B008 (frozen)
+    settings: SolverSettings | None = None,
 ) -> Solution:
     """The env map of ``geometry`` that shows one traced layer of some parts best, at the layers' viewpoint.
 
@@ -46,7 +53,7 @@ def infer_layer(
     select = looking_up(gbuffer, parts, on_hull if kind == "local" else None)
     matrix = rendering_matrix(gbuffer, chain, geometry, lod_bias, select)
     target, weights = np.zeros((len(gbuffer.row_pixel), channels)), np.zeros((len(gbuffer.row_pixel), channels))
-    rows, traced = _common_rows(gbuffer, layers)
+    rows, traced = common_rows(gbuffer, layers)
     target[rows] = _target(kind, layers)[traced]
     weights[rows] = _row_weights(kind, layers)[traced]
     weights[np.diff(matrix.starts) == 0] = 0.0
@@ -55,7 +62,7 @@ def infer_layer(
         weights /= weights[seen].mean()
     brightest = float(max(target[seen, :3].max(initial=0.0), prior[:, :3].max(initial=0.0)))
     upper = np.array([brightest] * 3 + [1.0] * (channels - 3))
-    return solve(matrix, target, weights, prior, upper, chain, settings)
+    return solve(matrix, target, weights, prior, upper, chain, settings or _SETTINGS[kind])
 
 
 def looking_up(
@@ -69,8 +76,8 @@ def looking_up(
     return select
 
 
-def _common_rows(gbuffer: GBuffer, layers: SegmentedLayers) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the rows that both have, in the G-buffer and in the layers."""
+def common_rows(gbuffer: GBuffer, layers: SegmentedLayers) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the rows (pixel and part) that both have, in the G-buffer and in the layers."""
     parts = 1 + max(gbuffer.row_part.max(initial=0), layers.part.max(initial=0))
     ours = gbuffer.row_pixel.astype(np.int64) * parts + gbuffer.row_part
     theirs = layers.pixel.astype(np.int64) * parts + layers.part
@@ -89,13 +96,14 @@ def _target(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows chan
 
 
 def _row_weights(kind: Kind, layers: SegmentedLayers) -> Float[np.ndarray, "rows channels"]:
-    """Coverage/(1 + b)² with b the row's brightest channel: displays saturate, and bright lights ring otherwise.
+    """Coverage/(1 + b)² with b the brightest channel of all light that comes in: displays saturate, and lights ring
+    otherwise.
 
     Errors of the distant layer count as much as they show through the local one, (1 - alpha)², but never nothing: from
     other viewpoints more of them may show.
     """
-    target = _target(kind, layers)
-    weight = layers.coverage / (1.0 + target[:, :3].max(1, initial=0.0)) ** 2
+    shown = layers.distant if kind == "distant" else _target("combined", layers)
+    weight = layers.coverage / (1.0 + shown.max(1, initial=0.0)) ** 2
     if kind == "distant":
         weight = weight * ((1.0 - layers.alpha) ** 2 + _HIDDEN)
-    return np.repeat(weight[:, None], target.shape[1], 1)
+    return np.repeat(weight[:, None], 4 if kind == "local" else 3, 1)
