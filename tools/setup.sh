@@ -7,9 +7,18 @@ cd "$(dirname "$0")/.."
 
 say() { printf 'reflet setup: %s\n' "$*" >&2; }
 
+libraries() {
+    { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null
+    ls /usr/lib/*/ /usr/lib/llvm-*/lib/ 2>/dev/null
+}
+
 have_library() {
-    { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null | grep -q "$1" ||
-        ls /usr/lib/*/"$1"* /usr/lib/llvm-*/lib/"$1"* >/dev/null 2>&1
+    libraries | grep -q "$1"
+}
+
+# libLLVM-17.so.1 and later, or libLLVM.so.19.1: older ones lack instructions that the ray tracer's kernels use.
+have_llvm() {
+    libraries | sed -n 's/.*libLLVM\(-\|\.so\.\)\([0-9][0-9]*\).*/\2/p' | grep -qE '^(1[7-9]|[2-9][0-9])$'
 }
 
 have_vulkan_driver() {
@@ -51,10 +60,10 @@ setup_python() {
     fi
     missing=
     have_vulkan_driver || missing="$missing mesa-vulkan-drivers libvulkan1"
-    have_library libLLVM || missing="$missing llvm-runtime"
+    have_llvm || missing="$missing libllvm19"
     have_library libatomic.so.1 || missing="$missing libatomic1"
     "$python" -c 'import ensurepip, venv' 2>/dev/null || missing="$missing python3-venv"
-    [ -z "$missing" ] || install "a Vulkan driver, libLLVM, libatomic or Python's venv" $missing
+    [ -z "$missing" ] || install "a Vulkan driver, libLLVM 17 or later, libatomic or Python's venv" $missing
     [ -x .venv/bin/pip ] || "$python" -m venv --clear .venv
     say "installing Python packages into .venv"
     .venv/bin/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
