@@ -15,10 +15,9 @@ from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE
 _AXES = np.ascontiguousarray(AXES)
 _SMALL = 1e-12
 _SMALLEST_RHO = 1e-6
-_INLINE = {"cache": True, "inline": "never", "error_model": "numpy"}
 
 
-@njit(**_INLINE)
+@njit(cache=True, error_model="numpy")
 def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
     """Direction that a ray from p along r looks up in a map of geometry ``g``, packed by `geometry.pack`."""
     kind = int(g[0])
@@ -50,7 +49,7 @@ def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_INLINE)
+@njit(cache=True, error_model="numpy")
 def face_of(x, y, z):  # type: ignore[no-untyped-def]
     """Index of the cube face that a direction meets."""
     if abs(x) >= abs(y) and abs(x) >= abs(z):
@@ -60,7 +59,7 @@ def face_of(x, y, z):  # type: ignore[no-untyped-def]
     return 4 if z >= 0.0 else 5
 
 
-@njit(**_INLINE)
+@njit(cache=True, error_model="numpy")
 def project(face, x, y, z):  # type: ignore[no-untyped-def]
     """(s, t) of a direction on the plane of a face, and whether it points to the plane's side at all."""
     axes = _AXES[face]
@@ -71,7 +70,7 @@ def project(face, x, y, z):  # type: ignore[no-untyped-def]
     return s, t, major > 0.0
 
 
-@njit(**_INLINE)
+@njit(cache=True, error_model="numpy")
 def place(g, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
     """(face, s, t, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each)."""
     x, y, z = lookup_direction(
@@ -94,7 +93,7 @@ def place(g, position, direction, size, lod_bias, k):  # type: ignore[no-untyped
     return face, s, t, min(max(log2(rho) + lod_bias, 0.0), coarsest)
 
 
-@njit(**_INLINE)
+@njit(cache=True, error_model="numpy")
 def taps_into(indices, weights, table, starts, size, level_count, face, s, t, lod):  # type: ignore[no-untyped-def]
     """Writes the eight texel indices and weights of one lookup; ``table`` and ``starts`` from `padded_index_table`."""
     finer = min(floor(lod), max(level_count - 2, 0))
