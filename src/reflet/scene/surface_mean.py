@@ -9,9 +9,7 @@ from reflet.scene.scene import Part
 _POINTS = 16384
 
 
-def surface_points(
-    mesh: Mesh, count: int
-) -> tuple[Integer[np.ndarray, "count"], Float[np.ndarray, "count 3"]]:
+def surface_points(mesh: Mesh, count: int) -> tuple[Integer[np.ndarray, "count"], Float[np.ndarray, "count 3"]]:
     """Triangles and barycentric coordinates of ``count`` points spread evenly over a mesh's area; always the same."""
     p = mesh.positions[mesh.triangles].astype(np.float64)
     area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)

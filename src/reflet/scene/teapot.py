@@ -65,9 +65,7 @@ def _y_up(points: np.ndarray) -> np.ndarray:
     return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)
 
 
-def _grid_mesh(
-    positions: Float[np.ndarray, "along around 3"], normals: Float[np.ndarray, "along around 3"]
-) -> Mesh:
+def _grid_mesh(positions: Float[np.ndarray, "along around 3"], normals: Float[np.ndarray, "along around 3"]) -> Mesh:
     """Two triangles for every cell of a grid that closes around; cells that shrink to a line or point give fewer."""
     along, around = positions.shape[:2]
     i, j = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
