@@ -21,8 +21,10 @@ ROOM = 2.0
 BIG, KNOB = ((0.0, 0.0, 0.0), 0.5), ((0.0, 0.62, 0.0), 0.14)
 
 
-def small_pem(*, views: int = 3, size: int = 16, with_environment: bool = True) -> ParameterizedEnvironmentMap:
-    """The PEM. Its environment light is never seen: the room is closed."""
+def small_pem(
+    *, views: int = 3, size: int = 16, with_environment: bool = True, with_room: bool = True
+) -> ParameterizedEnvironmentMap:
+    """The PEM. Without its room, which is closed, the environment light is seen."""
     checks = np.indices((8, 8)).sum(0) % 2
     tiles = Texture(
         np.stack([200 - 90 * checks, 150 - 60 * checks, 110 + 80 * checks, 255 + 0 * checks], -1).astype("u1")
@@ -39,6 +41,8 @@ def small_pem(*, views: int = 3, size: int = 16, with_environment: bool = True) 
         Part("room", _walls((0, 1, 3, 4, 5)), wall),
         Part("lamp", _walls((2,)), lamp),
     )
+    if not with_room:
+        parts = parts[:2]
     environment = EnvironmentLight(np.linspace(0, 1e5, 4 * 8 * 3, dtype=np.float32).reshape(4, 8, 3))
     scene = Scene(parts, (ReflectiveObject("balls", (0, 1)),), environment if with_environment else None)
     box = Box((-ROOM,) * 3, (ROOM,) * 3, (0.0, 0.1, 0.0))

@@ -10,5 +10,4 @@ export default defineConfig({
     // One script of a fixed name: other pages can load it and use <reflet-viewer>.
     rollupOptions: { output: { entryFileNames: "reflet-viewer.js" } },
   },
-  server: { fs: { allow: [".."] } }, // the shaders lie in the Python package
 });
