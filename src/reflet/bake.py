@@ -10,7 +10,7 @@ import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,11 @@ import psutil
 from jaxtyping import Bool
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS
+from reflet.envmap.geometry import KINDS, Ellipsoid
 from reflet.envmap.mip_chain import CubeMipChain
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin, fit
+from reflet.infer.fit_local import fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer
 from reflet.infer.records import Solution
 from reflet.pem.pem import Layer
@@ -40,6 +41,7 @@ from reflet.trace.tracer import Tracer
 
 LOD_BIAS = -1.5
 PROBE_SPP = 64
+FIT_IMAGE_SIZE, FIT_MAP_SIZE, FIT_SPP, FIT_ELEVATION_DEG = 192, 64, 16, 10.0  # of the fit of local shapes
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 TIMINGS = "timings.jsonl"
 
@@ -97,6 +99,7 @@ def bake(
     probes = trace_probes(tracer, em_size, writer, progress)
     on_hull = hull_triangles(scene)
     layers = plan_layers(scene, probes, on_hull, distant, local, chains)
+    layers = fit_local_layers(tracer, space, layers, on_hull, writer, progress)
     for sample in range(space.sample_count):
         progress("viewpoints", sample, space.sample_count)
         if writer.has(sample):
@@ -180,6 +183,45 @@ def plan_layers(
             geometry = fit(local, scene, (part,), around)
             layers.append(Layer(f"{scene.parts[part].name} local", "local", (part,), geometry, chains["local"].size))
     return tuple(layers)
+
+
+def fit_local_layers(
+    tracer: Tracer,
+    space: ParameterSpace,
+    layers: tuple[Layer, ...],
+    on_hull: Bool[np.ndarray, "triangles"],
+    writer: PemWriter,
+    progress: ProgressCallback = silent,
+) -> tuple[Layer, ...]:
+    """The layers with their local ellipsoids fitted to small pictures of what the parts reflect of their object.
+
+    The pictures are taken at the middle sample, where maps are tried, at the first one, and above the middle, so that
+    the shapes hold off the samples too. What was fitted is kept in the writer's state.
+    """
+    points = space.points()
+    middle = points[len(points) // 2]
+    above = middle.get("elevation_deg", space.orbit.elevation_deg) + FIT_ELEVATION_DEG
+    small = replace(space.orbit, image_size=min(space.orbit.image_size, FIT_IMAGE_SIZE))
+    views = []
+    for at in (middle, points[0], {**middle, "elevation_deg": min(above, 80.0)}):
+        view = tracer.view(small.camera(at), spp=FIT_SPP, sample_count=4, seed=0)
+        views.append((gbuffer_from_visibility(tracer.scene, view.visibility), view.layers))
+    fitted = []
+    for number, layer in enumerate(layers):
+        progress("local shapes", number, len(layers))
+        geometry = layer.geometry
+        if layer.kind == "local" and type(geometry) is Ellipsoid:
+            state = writer.load_state(f"shape-{number}")
+            if state is None:
+                chain = CubeMipChain(min(layer.size, FIT_MAP_SIZE))
+                geometry = fit_local_ellipsoid(geometry, views, layer.parts[0], on_hull, LOD_BIAS, chain)
+                state = {"centre": np.array(geometry.centre), "radii": np.array(geometry.radii)}
+                writer.save_state(f"shape-{number}", **state)
+            centre, radii = (tuple(state[name].tolist()) for name in ("centre", "radii"))
+            geometry = Ellipsoid(centre, radii, centre)
+        fitted.append(replace(layer, geometry=geometry))
+    progress("local shapes", len(layers), len(layers))
+    return tuple(fitted)
 
 
 def infer_view(

@@ -22,7 +22,6 @@ BIAS = -1.5
 
 def test_shows_a_second_viewpoint_better(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stripes on an ellipsoid, mirrored in a sphere within it: inferred from one side and shown from another."""
-    monkeypatch.setattr(fit_local, "_CHAIN", CHAIN)
     monkeypatch.setattr(fit_local, "_TRIALS", 25)
     scene = mirror_scene(sphere_mesh(0.3, 12))
     on_hull = np.zeros(scene.triangle_offsets[-1], np.bool_)
@@ -39,7 +38,7 @@ def test_shows_a_second_viewpoint_better(monkeypatch: pytest.MonkeyPatch) -> Non
         again = multiply(rendering_matrix(views[1][0], CHAIN, shape, BIAS), solution.texels)
         return float(np.mean((again - shown[1]) ** 2))
 
-    found = fit_local_ellipsoid(START, views, 0, on_hull, BIAS)
+    found = fit_local_ellipsoid(START, views, 0, on_hull, BIAS, CHAIN)
     # The true shape's error is that of texels unseen at first, so that improvement has a floor: half the excess.
     excess = error_elsewhere(START) - error_elsewhere(TRUE)
     assert excess > 0.0
@@ -51,4 +50,4 @@ def test_a_part_that_mirrors_nothing_of_its_object_keeps_its_shape() -> None:
     seen = picture(scene, (0.8, 0.4, 0.7), 16, sample_count=1)
     rows = len(seen.gbuffer.row_pixel)
     view = (seen.gbuffer, layers_of(seen, np.ones((rows, 3)), np.zeros((rows, 4))))
-    assert fit_local_ellipsoid(START, [view], 0, np.zeros(scene.triangle_offsets[-1], np.bool_), BIAS) is START
+    assert fit_local_ellipsoid(START, [view], 0, np.zeros(scene.triangle_offsets[-1], np.bool_), BIAS, CHAIN) is START

@@ -20,7 +20,6 @@ from reflet.infer.solve import SolverSettings
 from reflet.scene.gbuffer import GBuffer
 from reflet.trace.layers import SegmentedLayers
 
-_CHAIN = CubeMipChain(64)
 _SETTINGS = SolverSettings(regularization=0.02, rounds=(6,))
 _TRIALS = 60
 _FIRST_STEP = 0.15  # of the radii: how far the search looks at first
@@ -32,12 +31,13 @@ def fit_local_ellipsoid(
     part: int,
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float,
+    chain: CubeMipChain,
 ) -> Ellipsoid:
     """The ellipsoid near ``start`` whose local map of ``part``, inferred at the first view, shows all views best.
 
-    Small pictures do (192² pixels of 4 sub-samples): a part's few thousand rows settle six numbers. The views should
-    span what the map is to be shown from, so that parallax counts. Deterministic; some sixty small inferences. Returns
-    ``start`` where the first view does not see the part reflect its object.
+    Small pictures and maps do (192² pixels of 4 sub-samples, ``chain`` of 64²): a part's few thousand rows settle six
+    numbers. The views should span what the map is to be shown from, so that parallax counts. Deterministic; sixty small
+    inferences. Returns ``start`` where the first view does not see the part reflect its object.
     """
     gbuffer, layers = views[0]
     if not looking_up(gbuffer, (part,), on_hull).any() or not layers.alpha[layers.part == part].any():
@@ -51,9 +51,9 @@ def fit_local_ellipsoid(
     def error(q: Float[np.ndarray, "6"]) -> float:
         shape = ellipsoid(q)
         solution = infer_layer(
-            "local", gbuffer, layers, (part,), shape, _CHAIN, lod_bias, on_hull=on_hull, settings=_SETTINGS
+            "local", gbuffer, layers, (part,), shape, chain, lod_bias, on_hull=on_hull, settings=_SETTINGS
         )
-        return sum(_error(solution.texels, shape, *view, part, on_hull, lod_bias) for view in views)
+        return sum(_error(solution.texels, shape, *view, part, on_hull, lod_bias, chain) for view in views)
 
     first = np.concatenate([np.log(start.radii), start.centre])
     steps = np.concatenate([np.full(3, _FIRST_STEP), _FIRST_STEP * np.array(start.radii)])
@@ -70,10 +70,11 @@ def _error(
     part: int,
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float,
+    chain: CubeMipChain,
 ) -> float:
     """Squared differences of incident light, compressed as 1 - exp(-b) so that lights do not decide alone."""
     select = looking_up(gbuffer, (part,), on_hull)
-    shown = multiply(rendering_matrix(gbuffer, _CHAIN, shape, lod_bias, select), texels)
+    shown = multiply(rendering_matrix(gbuffer, chain, shape, lod_bias, select), texels)
     rows, traced = common_rows(gbuffer, layers)
     own = gbuffer.row_part[rows] == part
     rows, traced = rows[own], traced[own]
