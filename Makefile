@@ -6,7 +6,7 @@ PY := .venv/bin/python
 WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print) $(wildcard src/reflet/shaders/*.wgsl)
 VIEWER := src/reflet/view/static/index.html
 
-.PHONY: demo test lint web lock clean
+.PHONY: demo test lint figures web lock clean
 .DELETE_ON_ERROR:
 
 demo: .venv/.ready $(VIEWER)
@@ -20,6 +20,13 @@ lint: .venv/.ready web/node_modules/.ready
 	.venv/bin/ruff format --check src tests examples benchmarks
 	.venv/bin/mypy
 	cd web && npm run --silent check
+
+# The pictures that the README shows.
+figures: .venv/.ready .venv/.browser $(VIEWER)
+	rm -rf out/figures
+	.venv/bin/reflet bake teapot-room --out out/figures/teapot
+	.venv/bin/reflet compare out/figures/teapot --figure docs/comparison.png --json docs/comparison.json
+	$(PY) tools/viewer_picture.py out/figures/teapot docs/viewer.png
 
 web: $(VIEWER)
 
