@@ -63,16 +63,17 @@ def bake(
 ) -> Path:
     """Bakes a scene into the folder ``out``, and returns that folder.
 
-    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). Maps have ``em_size``² texels
-    a face (local ones ``local_size``², by default the same) and are inferred for ``sample_count`` sub-samples a pixel
-    from layers traced at ``spp`` samples a pixel. ``distant`` and ``local`` name geometries (`reflet.envmap.geometry`).
+    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). Distant maps have ``em_size``²
+    texels a face, local ones ``local_size``² (by default half as many along an edge: they hold less, and finer ones
+    show other viewpoints worse). They are inferred for ``sample_count`` sub-samples a pixel from layers traced at
+    ``spp`` samples a pixel. ``distant`` and ``local`` name geometries (`reflet.envmap.geometry`).
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
     for kind in (distant, local):
         if kind not in KINDS:
             raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
-    chains = {"distant": CubeMipChain(em_size), "local": CubeMipChain(local_size or em_size)}
+    chains = {"distant": CubeMipChain(em_size), "local": CubeMipChain(local_size or max(em_size // 2, 1))}
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
@@ -83,7 +84,7 @@ def bake(
         "scene": fingerprint(scene),
         "space": asdict(space),
         "em_size": em_size,
-        "local_size": local_size or em_size,
+        "local_size": chains["local"].size,
         "spp": spp,
         "sample_count": sample_count,
         "lod_bias": LOD_BIAS,
