@@ -21,6 +21,7 @@ TRIANGLE_ON_HULL = 1
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
+METAL = 1024
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup
 
@@ -93,6 +94,7 @@ def part_uniform(part: Part, distant: Layer | None, local: Layer | None) -> np.n
     ):
         if texture is not None and usable:
             bits |= present | clamps * texture.clamp
+    bits |= METAL * (material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
     out["bits"] = bits
     return out
 

@@ -13,7 +13,7 @@ from reflet.render.textures import check_size
 from reflet.shaders.link import link
 
 Cull = Literal["none", "front", "back"]
-_FORMATS = {"picture_multi": "rgba16float", "probe_triangle": "r32uint"}  # all else draws rgba32float
+
 
 
 class Target:
@@ -102,6 +102,7 @@ class Passes:
         )
         render_pass.set_bind_group(0, frame_group)
         shows_backs_apart = program == "picture.wgsl"
+        rate = "multi" if _is_multi(entry_point) else "single"
         for item in draws:
             render_pass.set_bind_group(1, part_groups[item.part])
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
@@ -115,11 +116,10 @@ class Passes:
             render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))
             render_pass.draw(*vertices)
             if cull == "back":
-                render_pass.set_pipeline(self._pipeline(program, f"{entry_point}_back", "front", SWITCHES=switches))
+                render_pass.set_pipeline(self._pipeline(program, f"picture_{rate}_back", "front", SWITCHES=switches))
                 render_pass.draw(*vertices)
         if backdrop:
-            kind = entry_point.removeprefix("picture_")
-            render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{kind}", "none"))
+            render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{rate}", "none"))
             render_pass.draw(3, 1, 0, sub_sample)
         render_pass.end()
         return resolved or colour
@@ -166,8 +166,8 @@ class Passes:
     def _attachments(
         self, target: Target, entry_point: str
     ) -> tuple[wgpu.GPUTexture, wgpu.GPUTexture | None, wgpu.GPUTexture]:
-        texture_format = _FORMATS.get(entry_point, "rgba32float")
-        if entry_point.endswith("_multi"):
+        texture_format = _format(entry_point)
+        if _is_multi(entry_point):
             return target.texture(texture_format, 4), target.texture(texture_format), target.texture("depth32float", 4)
         return target.texture(texture_format), None, target.texture("depth32float")
 
@@ -176,12 +176,14 @@ class Passes:
         key = program, entry_point, cull, *constants.items()
         if key not in self._pipelines:
             module = self._module(program)
-            name, *kind = entry_point.split("_")
-            backdrop, multi = name == "backdrop", "multi" in kind
-            vertex = "backdrop" if backdrop else "multi" if multi else "single"
-            if "back" in kind:
+            backdrop, multi = program == "backdrop.wgsl", _is_multi(entry_point)
+            vertex = "multi" if multi else "single"
+            if backdrop:
+                vertex = "backdrop"
+            elif entry_point.endswith("_back"):
                 vertex += "_place"
-            texture_format = "rgba16float" if multi else _FORMATS.get(entry_point, "rgba32float")
+            elif entry_point.endswith("_fast"):
+                vertex += "_fast"
             self._pipelines[key] = self._device.create_render_pipeline(
                 layout=self._backdrop_layout if backdrop else self._scene_layout,
                 vertex={"module": module, "entry_point": f"vertex_{vertex}", "constants": constants},
@@ -196,7 +198,7 @@ class Passes:
                     "module": module,
                     "entry_point": entry_point,
                     "constants": constants,
-                    "targets": [{"format": texture_format}],
+                    "targets": [{"format": _format(entry_point)}],
                 },
             )
         return self._pipelines[key]
@@ -205,3 +207,14 @@ class Passes:
         if program not in self._modules:
             self._modules[program] = self._device.create_shader_module(code=link(program))
         return self._modules[program]
+
+
+def _is_multi(entry_point: str) -> bool:
+    return "multi" in entry_point.split("_")
+
+
+def _format(entry_point: str) -> str:
+    """Of the texture that a fragment entry point draws into."""
+    if entry_point == "probe_triangle":
+        return "r32uint"
+    return "rgba16float" if _is_multi(entry_point) else "rgba32float"

@@ -50,6 +50,7 @@ class Renderer:
         what: Literal["picture", "object"] = "picture",
         point: Mapping[str, float] | None = None,
         multisampled: bool = False,
+        exact: bool = True,
     ) -> Float32[np.ndarray, "height width 4"]:
         """Linear radiance, and coverage in alpha.
 
@@ -57,7 +58,8 @@ class Renderer:
         around the camera's point of the parameter space, else the nearest are shown; ``point`` names another point.
         ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local".
         The "object" is what fronts of reflective parts show, multiplied by its coverage. ``multisampled`` draws four
-        samples in one pass with half-float radiance, as viewers do in motion.
+        samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
+        interpolated by the rasterizer, which is faster, and a little different on every driver.
         """
         samples = samples or self.pem.sample_count
         if multisampled and samples != 4:
@@ -66,13 +68,12 @@ class Renderer:
         self._write_frame(camera, samples, switches, self._blend(camera, blend, point))
         backdrop = what == "picture" and self.pem.scene.environment is not None
         target = self._target_for(camera)
+        entry_point = f"picture_{'multi' if multisampled else 'single'}{'' if exact else '_fast'}"
+        pictures = 1 if multisampled else samples
         with self._passes.summing(target) as encoder:
-            if multisampled:
-                self._add(encoder, target, "picture.wgsl", "picture_multi", 0, backdrop)
-            else:
-                for k in range(samples):
-                    self._add(encoder, target, "picture.wgsl", "picture_single", k, backdrop)
-        return self._passes.read_sum(target) / np.float32(1 if multisampled else samples)
+            for k in range(pictures):
+                self._add(encoder, target, "picture.wgsl", entry_point, k, backdrop)
+        return self._passes.read_sum(target) / np.float32(pictures)
 
     def layer_image(
         self,

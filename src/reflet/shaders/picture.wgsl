@@ -1,3 +1,5 @@
+#import exact
+#import interpolated
 #import shade
 
 // Program: the picture. Linear radiance, coverage in alpha.
@@ -23,11 +25,22 @@ const LARGEST_HALF = 65504.0;
 // Draws sub-sample `sub_sample` alone, into one sample a pixel.
 @fragment
 fn picture_single(in: Raster) -> @location(0) vec4f {
-  return shade(in, sub_sample_at(in.position, in.identity.z));
+  return shade(exact_sample(in, sub_sample_at(in.position, in.identity.z)));
 }
 
 // Draws four sub-samples at once, into a half-float target of four samples a pixel.
 @fragment
 fn picture_multi(in: Raster, @builtin(sample_index) sub_sample: u32) -> @location(0) vec4f {
-  return min(shade(in, sub_sample_at(in.position, sub_sample)), vec4f(LARGEST_HALF));
+  return min(shade(exact_sample(in, sub_sample_at(in.position, sub_sample))), vec4f(LARGEST_HALF));
+}
+
+// The same on the fast path.
+@fragment
+fn picture_single_fast(in: Interpolated, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+  return shade(interpolated_sample(in, front));
+}
+
+@fragment
+fn picture_multi_fast(in: Interpolated, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+  return min(shade(interpolated_sample(in, front)), vec4f(LARGEST_HALF));
 }

@@ -1,3 +1,4 @@
+#import exact
 #import shade
 
 // Programs that look into the picture's workings, one sub-sample a pixel: raw lookups, and visible triangles.
@@ -23,26 +24,26 @@ fn blended_local(m: Mirrors) -> vec4f {
 // The distant map's four channels as the lookup gives them; 0 where nothing reflects.
 @fragment
 fn probe_distant(in: Raster) -> @location(0) vec4f {
-  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
+  let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4f(0.0);
   }
-  return blended_distant(mirrors_of(s, shading_normal(in, s.hits.here.b, s.ng)));
+  return blended_distant(mirrors_of(s, shading_normal(s.here, s.ng)));
 }
 
 // The local map's four channels; 0 where no local map is looked up.
 @fragment
 fn probe_local(in: Raster) -> @location(0) vec4f {
-  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
+  let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
   if (!s.visible || !part_is(PART_REFLECTIVE) || !may_see_itself(s)) {
     return vec4f(0.0);
   }
-  return blended_local(mirrors_of(s, shading_normal(in, s.hits.here.b, s.ng)));
+  return blended_local(mirrors_of(s, shading_normal(s.here, s.ng)));
 }
 
 // 1 + the number of the visible triangle of a reflective part, into r32uint; 0 elsewhere.
 @fragment
 fn probe_triangle(in: Raster) -> @location(0) u32 {
-  let s = sample_at(in, sub_sample_at(in.position, in.identity.z));
-  return select(0u, (in.identity.y >> 1u) + 1u, s.visible && part_is(PART_REFLECTIVE));
+  let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  return select(0u, (s.bits >> 1u) + 1u, s.visible && part_is(PART_REFLECTIVE));
 }

@@ -1,8 +1,7 @@
-#import frame
+#import place
 #import precise
 
-// Vertex entry points: vertices are pulled from storage, and nothing that reaches the fragment stage is interpolated.
-// Draw with draw(3 * count, 1, 3 * first_triangle, sub_sample): triangles are numbered through all parts.
+// The exact path's vertex entry points: nothing that reaches the fragment stage is interpolated.
 
 // All that a fragment needs of its triangle, the same at its three corners. The view ray through pixel position q meets
 // the triangle's plane at the barycentric coordinates area/Σ area, where area (components belong to the three corners) is
@@ -53,7 +52,7 @@ fn raster(vertex: u32, sub_sample: u32) -> Raster {
   let c = vertices[3u * entry.z].xyz;
   var out: Raster;
   let corner = select(select(c, b, vertex % 3u == 1u), a, vertex % 3u == 0u);
-  out.position = frame.clip_from_world * vec4f(corner, 1.0);
+  out.position = clip_of(corner);
   out.identity = vec4u(number, entry.w, sub_sample, 0u);
   out.a = a;
   out.e1 = b - a;
@@ -86,35 +85,11 @@ fn raster(vertex: u32, sub_sample: u32) -> Raster {
   return out;
 }
 
-fn place(vertex: u32) -> vec4f {
-  let entry = triangles[vertex / 3u];
-  let corner = select(select(entry.z, entry.y, vertex % 3u == 1u), entry.x, vertex % 3u == 0u);
-  return frame.clip_from_world * vec4f(vertices[3u * corner].xyz, 1.0);
-}
-
-fn shifted(clip: vec4f, sub_sample: u32) -> vec4f {
-  let shift = vec2f(0.5) - frame.sub_samples[sub_sample].xy;
-  return clip + vec4f(2.0 * shift.x / frame.width, -2.0 * shift.y / frame.height, 0.0, 0.0) * clip.w;
-}
-
-// One sub-sample a pixel: the picture is shifted so that the sub-sample's position comes to lie on the pixel's centre.
 @vertex
 fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Raster {
   var out = raster(vertex, sub_sample);
   out.position = shifted(out.position, sub_sample);
   return out;
-}
-
-// The same for what needs no more than a place.
-@vertex
-fn vertex_single_place(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32)
-    -> @builtin(position) vec4f {
-  return shifted(place(vertex), sub_sample);
-}
-
-@vertex
-fn vertex_multi_place(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
-  return place(vertex);
 }
 
 // Multi-sampling by the hardware: its four positions are the table's first four.

@@ -1,0 +1,59 @@
+#import place
+#import surface
+
+// The fast path: what the rasterizer interpolates, and its derivatives. Drivers interpolate each in their own way, so this
+// is for motion; maps are inferred and measured on the exact path.
+
+struct Interpolated {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat, either) identity: vec2u,            // triangle, its bits
+  @location(1) @interpolate(perspective, sample) b: vec2f,
+  @location(2) @interpolate(perspective, sample) p: vec3f,
+  @location(3) @interpolate(perspective, sample) normal: vec3f,
+  @location(4) @interpolate(perspective, sample) tangent: vec4f,
+  @location(5) @interpolate(perspective, sample) uv: vec2f,
+}
+
+fn interpolated(vertex: u32) -> Interpolated {
+  let corner = 3u * corner_of(vertex);
+  let position_u = vertices[corner];
+  let normal_v = vertices[corner + 1u];
+  let b = vec2f(f32(vertex % 3u == 1u), f32(vertex % 3u == 2u));
+  return Interpolated(
+    clip_of(position_u.xyz), vec2u(vertex / 3u, triangles[vertex / 3u].w), b, position_u.xyz, normal_v.xyz,
+    vertices[corner + 2u], vec2f(position_u.w, normal_v.w));
+}
+
+@vertex
+fn vertex_single_fast(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Interpolated {
+  var out = interpolated(vertex);
+  out.position = shifted(out.position, sub_sample);
+  return out;
+}
+
+@vertex
+fn vertex_multi_fast(@builtin(vertex_index) vertex: u32) -> Interpolated {
+  return interpolated(vertex);
+}
+
+fn unit_ray_to(p: vec3f) -> vec3f {
+  return normalize(p - frame.eye);
+}
+
+// Takes derivatives: call it first of all.
+fn interpolated_sample(in: Interpolated, front: bool) -> Sample {
+  let p_x = dpdx(in.p);
+  let p_y = dpdy(in.p);
+  let right = in.p + NEIGHBOUR_STEP * p_x;
+  let down = in.p + NEIGHBOUR_STEP * p_y;
+  let ray = unit_ray_to(in.p);
+  let ng = unit(cross(p_x, p_y), vec3f(0.0));
+  return Sample(
+    Point(ray, in.p, in.normal, in.tangent, in.uv),
+    Point(unit_ray_to(right), right, in.normal + NEIGHBOUR_STEP * dpdx(in.normal),
+          in.tangent + NEIGHBOUR_STEP * dpdx(in.tangent), in.uv + NEIGHBOUR_STEP * dpdx(in.uv)),
+    Point(unit_ray_to(down), down, in.normal + NEIGHBOUR_STEP * dpdy(in.normal),
+          in.tangent + NEIGHBOUR_STEP * dpdy(in.tangent), in.uv + NEIGHBOUR_STEP * dpdy(in.uv)),
+    in.b, in.identity.x, in.identity.y, select(ng, -ng, dot(ray, ng) > 0.0), !front,
+    front || part_is(PART_DOUBLE_SIDED));
+}
