@@ -28,12 +28,12 @@ from reflet.trace.compose import compose
 def main(out: Path) -> None:
     """Bakes one viewpoint into ``out/pem`` and writes two pictures of it."""
     scene = reflet.load_scene("teapot-room")
-    space = reflet.orbit_space(reflet.frame_orbit(scene, image_size=192), views=1, spacing_deg=2.0)
+    space = reflet.orbit_space(reflet.frame_orbit(scene, image_size=128), views=1, spacing_deg=2.0)
     camera, teapot, chain = space.camera(0), scene.objects[0], CubeMipChain(64)
 
     # Trace: the layers of the picture, and the static env map from the teapot's centre.
-    tracer = reflet.Tracer(scene, irradiance_spp=32)
-    view = tracer.view(camera, spp=32, surroundings=True)
+    tracer = reflet.Tracer(scene, irradiance_spp=16)
+    view = tracer.view(camera, spp=16, surroundings=True)
     probe = tracer.probe(0, em_origin(scene, teapot.parts), size=chain.size, spp=16)
 
     # Infer: one distant map for the teapot, whose room is a box; one local map in an ellipsoid for each part.
