@@ -14,5 +14,5 @@ def test_first_bake(tmp_path: Path) -> None:
     traced, baked = (np.asarray(Image.open(tmp_path / name), float) / 255.0 for name in ("traced.png", "baked.png"))
     assert traced.shape == (128, 128, 3)
     error = np.mean((traced - baked) ** 2)
-    # Over the whole picture: measured 31.5 dB. Leaving out the local layers gives 25.6, Fresnel 26.4, mirrored faces 20.7.
+    # Whole picture, measured 31.5 dB. Leaving out the local layers gives 25.6, Fresnel 26.4, mirrored faces 20.7.
     assert -10.0 * np.log10(error) > 29.0
