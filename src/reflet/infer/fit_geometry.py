@@ -45,8 +45,7 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
 def bounding_ellipsoid(scene: Scene, parts: Sequence[int]) -> Ellipsoid:
     """The axis-aligned ellipsoid of least volume around the parts, its centre free.
 
-    The shape's logarithmic volume is convex in (1/radii², centre/radii²), so Khachiyan's algorithm for the enclosing
-    ellipsoid, restricted to the axes, finds it [Khachiyan96].
+    Found by the multiplicative algorithm for least enclosing ellipsoids [Titterington78], restricted to the axes.
     """
     points = _corners(scene, parts).reshape(-1, 3)
     centre, radii = _least_ellipsoid(points)
