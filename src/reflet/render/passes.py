@@ -15,7 +15,6 @@ from reflet.shaders.link import link
 Cull = Literal["none", "front", "back"]
 
 
-
 class Target:
     """Textures of one picture size; made when first drawn into.
 
@@ -77,6 +76,7 @@ class Passes:
         sub_sample: int,
         backdrop: bool,
         switches: int,
+        blend_count: int,
         frame_group: wgpu.GPUBindGroup,
         part_groups: Sequence[wgpu.GPUBindGroup],
         draws: Sequence[Draw],
@@ -108,6 +108,7 @@ class Passes:
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
             constants = {
                 "SWITCHES": switches,
+                "BLEND_COUNT": blend_count,
                 "PART_BITS": item.bits,
                 "DISTANT_KIND": item.distant_kind,
                 "LOCAL_KIND": item.local_kind,

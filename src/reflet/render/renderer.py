@@ -38,7 +38,7 @@ class Renderer:
         self._maps = ResidentMaps(self.device, pem.layers, pem.maps, map_memory)
         self._part_groups = self._buffers.part_groups(self._maps.arrays)
         self._target: Target | None = None
-        self._switches = 0
+        self._switches = self._blend_count = 0
 
     def frame(
         self,
@@ -140,7 +140,7 @@ class Renderer:
     def _write_frame(self, camera: Camera, samples: int, switches: int, blend: Mapping[int, float]) -> None:
         data = frame_uniform(camera, samples, self.pem.lod_bias, blend, switches)
         self.device.queue.write_buffer(self._buffers.frame_uniform, 0, data.tobytes())
-        self._switches = switches
+        self._switches, self._blend_count = switches, len(blend)
 
     def _target_for(self, camera: Camera) -> Target:
         size = camera.width, camera.height
@@ -159,8 +159,8 @@ class Renderer:
         part_groups: Sequence[wgpu.GPUBindGroup],
     ) -> wgpu.GPUTexture:
         return self._passes.draw(
-            encoder, target, program, entry_point, sub_sample, backdrop, self._switches, self._buffers.frame_group,
-            part_groups, self._buffers.draws,
+            encoder, target, program, entry_point, sub_sample, backdrop, self._switches, self._blend_count,
+            self._buffers.frame_group, part_groups, self._buffers.draws,
         )  # fmt: skip
 
     def _add(

@@ -7,7 +7,7 @@ import numpy as np
 import wgpu
 
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.layouts import DOUBLE_SIDED, FRAME, HAS_LOCAL, TRIANGLE_ON_HULL, part_uniform
+from reflet.render.layouts import DOUBLE_SIDED, FRAME, HAS_LOCAL, OFF_HULL, REFLECTIVE, TRIANGLE_ON_HULL, part_uniform
 from reflet.render.textures import LARGEST_HALF, create_cube_array, cube_array_view, upload_picture
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
@@ -67,7 +67,9 @@ class SceneBuffers:
         self._part_uniforms = [
             device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM) for data in parts
         ]
-        self.draws = [draw for i, data in enumerate(parts) for draw in self._draws_of(i, data)]
+        draws = [draw for i, data in enumerate(parts) for draw in self._draws_of(i, data)]
+        # Reflective parts first: what they hide of the room is then never shaded.
+        self.draws = sorted(draws, key=lambda draw: not draw.bits & REFLECTIVE)
 
     def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
         """The bind groups of all parts; ``arrays`` are the cube arrays of the PEM's layers."""
@@ -111,7 +113,7 @@ class SceneBuffers:
         on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
         draws = [
             Draw(part, first, on_hull, bits & ~HAS_LOCAL, *kinds),
-            Draw(part, first + on_hull, end - first - on_hull, bits, *kinds),
+            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, *kinds),
         ]
         return [draw for draw in draws if draw.count]
 

@@ -47,9 +47,10 @@ const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radian
 
 const TRIANGLE_ON_HULL = 1u;      // the triangle's number in the scene follows from bit 1 on
 
-// Pipelines may be built for one setting of the switches, so that code which is off costs nothing; else all are read from
-// the uniform.
+// Pipelines may be built for one setting of the switches and one number of blended samples, so that code which is off
+// costs nothing and loops are unrolled; else they are read from the uniform.
 override SWITCHES: u32 = 0xffffffffu;
+override BLEND_COUNT: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> vertices: array<vec4f>;
@@ -66,4 +67,8 @@ fn switched_on(bit: u32) -> bool {
 // The view ray (not of unit length) through pixel coordinates `at`.
 fn view_ray(at: vec2f) -> vec3f {
   return frame.ray_corner + at.x * frame.ray_dx + at.y * frame.ray_dy;
+}
+
+fn blend_count() -> u32 {
+  return select(BLEND_COUNT, frame.blend_count, BLEND_COUNT == 0xffffffffu);
 }

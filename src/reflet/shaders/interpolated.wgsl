@@ -6,7 +6,18 @@
 
 struct Interpolated {
   @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) identity: vec2u,            // triangle, its bits
+  @location(0) @interpolate(flat, either) identity: vec2u,   // triangle, its bits
+  @location(1) @interpolate(perspective) b: vec2f,
+  @location(2) @interpolate(perspective) p: vec3f,
+  @location(3) @interpolate(perspective) normal: vec3f,
+  @location(4) @interpolate(perspective) tangent: vec4f,
+  @location(5) @interpolate(perspective) uv: vec2f,
+}
+
+// The same at each of four sub-samples, which costs software adapters more even where there is but one.
+struct InterpolatedMulti {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat, either) identity: vec2u,   // triangle, its bits
   @location(1) @interpolate(perspective, sample) b: vec2f,
   @location(2) @interpolate(perspective, sample) p: vec3f,
   @location(3) @interpolate(perspective, sample) normal: vec3f,
@@ -32,8 +43,9 @@ fn vertex_single_fast(@builtin(vertex_index) vertex: u32, @builtin(instance_inde
 }
 
 @vertex
-fn vertex_multi_fast(@builtin(vertex_index) vertex: u32) -> Interpolated {
-  return interpolated(vertex);
+fn vertex_multi_fast(@builtin(vertex_index) vertex: u32) -> InterpolatedMulti {
+  let v = interpolated(vertex);
+  return InterpolatedMulti(v.position, v.identity, v.b, v.p, v.normal, v.tangent, v.uv);
 }
 
 fn unit_ray_to(p: vec3f) -> vec3f {

@@ -44,6 +44,7 @@ const PART_BASE_COLOR_CLAMPS = 128u;
 const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
 const PART_NORMAL_CLAMPS = 512u;
 const PART_METAL = 1024u;         // metallic throughout: no diffuse reflection
+const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
 const PART_TEXTURES = 120u;       // any of the four
 
 // Pipelines may be built for one setting of a part's bits and for the kinds of its geometries, so that code which is off

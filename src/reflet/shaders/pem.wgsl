@@ -56,13 +56,13 @@ fn incident_radiance(m: Mirrors, use_local: bool) -> vec3f {
     far = distant_lookup(m);
   }
   var sum = vec3f(0.0);
-  for (var k = 0u; k < frame.blend_count; k++) {
+  for (var k = 0u; k < blend_count(); k++) {
     let slot = i32(frame.blend[k].y);
     var seen = vec4f(0.0);
     if (use_local) {
       seen = local_texel(near, slot);
     }
-    if (use_distant && seen.a < 1.0) {
+    if (use_distant) {
       seen += (1.0 - seen.a) * distant_texel(far, slot);
     }
     sum += frame.blend[k].x * seen.rgb;

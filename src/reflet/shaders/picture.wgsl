@@ -41,6 +41,7 @@ fn picture_single_fast(in: Interpolated, @builtin(front_facing) front: bool) -> 
 }
 
 @fragment
-fn picture_multi_fast(in: Interpolated, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-  return min(shade(interpolated_sample(in, front)), vec4f(LARGEST_HALF));
+fn picture_multi_fast(in: InterpolatedMulti, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+  let one = Interpolated(in.position, in.identity, in.b, in.p, in.normal, in.tangent, in.uv);
+  return min(shade(interpolated_sample(one, front)), vec4f(LARGEST_HALF));
 }

@@ -13,7 +13,7 @@ fn mirrors_of(s: Sample, n: vec3f) -> Mirrors {
 
 // Triangles on the object's convex hull cannot reflect the object.
 fn may_see_itself(s: Sample) -> bool {
-  return part_is(PART_HAS_LOCAL) && (s.bits & TRIANGLE_ON_HULL) == 0u;
+  return part_is(PART_HAS_LOCAL) && (part_is(PART_OFF_HULL) || (s.bits & TRIANGLE_ON_HULL) == 0u);
 }
 
 // LOD of a picture texture of the given size, from the same neighbours as that of env maps.
