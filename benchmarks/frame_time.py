@@ -80,7 +80,7 @@ def layered_pem(scene: Scene, size: int = 256) -> ParameterizedEnvironmentMap:
         layers=(Layer("distant", "distant", parts, box, size), Layer("local", "local", parts, ellipsoid, size)),
         maps=[(env_map(3, box), env_map(4, ellipsoid)) for _ in range(2)],
         on_hull=hull_triangles(scene),
-        lod_bias=-1.0,  # as baked
+        lod_bias=-1.5,  # as baked
         sample_count=16,
     )
 
