@@ -39,8 +39,8 @@ def test_pictures_with_all_kinds_of_surfaces_agree(what, multisampled) -> None: 
     assert covered.mean() > 0.1
 
 
-# Finest level: a sub-sample lies 1e-7 off, its normal too; a texel is 1/16 wide and differs by 2 from the next: 1e-5, and
-# more at silhouettes. Coarse levels: derivatives are differences over a pixel, which perspective bends by some 1/300 a
+# Finest level: a sub-sample lies 1e-7 off, its normal too; a texel is 1/16 wide, its neighbour differs by 2: 1e-5, more
+# at silhouettes. Coarse levels: derivatives are differences over a pixel, which perspective bends by some 1/300 a
 # pixel where surfaces are steep; LODs are that much off, and levels differ by up to 2. (Neighbours whose normals stay
 # the same: 0.19; a whole pixel away: 0.10.)
 @pytest.mark.parametrize(("lod_bias", "tolerance"), [(-1.0, 1e-3), (2.5, 0.03)])

@@ -33,7 +33,7 @@ ORBIT_VIEWS = 60  # more than the 42 that can be resident
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
     "home": {"samples": 16},
-    "home-multisampled": {"samples": 4, "multisampled": True},
+    "home-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "dragged": {"samples": 16},
     "zoomed": {"samples": 4},
     "blended": {"samples": 4},

@@ -21,7 +21,7 @@ export const PART_BYTES = 176;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const [BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE] = [8, 16, 32, 64];
-const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS] = [128, 256, 512];
+const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, METAL] = [128, 256, 512, 1024];
 
 // reflet.scene.sample_pattern, in 1/32 of a pixel.
 const PATTERN = [
@@ -94,6 +94,7 @@ export function partUniform(part: Part, distant: BoundLayer | undefined, local: 
   ] as const) {
     if (texture && usable) bits |= present | (texture.clamp ? clamps : 0);
   }
+  if (material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
   new Uint32Array(data)[40] = bits;
   return data;
 }

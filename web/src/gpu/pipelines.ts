@@ -5,7 +5,7 @@ import { link } from "../shaders";
 const DEPTH: GPUTextureFormat = "depth32float";
 
 export interface Pipelines {
-  /** Pictures of one sub-sample a pixel into rgba32float, and of four at once into rgba16float. */
+  /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
   readonly picture: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
   readonly backdrop: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
   readonly accumulate: GPUComputePipeline;
@@ -29,11 +29,11 @@ export async function createPipelines(
       layout: device.createPipelineLayout({ bindGroupLayouts: name === "picture" ? [frame, part] : [frame] }),
       vertex: {
         module: shader,
-        entryPoint: name === "backdrop" ? "vertex_backdrop" : multi ? "vertex_multi" : "vertex_single",
+        entryPoint: name === "backdrop" ? "vertex_backdrop" : multi ? "vertex_multi_fast" : "vertex_single",
       },
       fragment: {
         module: shader,
-        entryPoint: `${name}_${multi ? "multi" : "single"}`,
+        entryPoint: `${name}_${!multi ? "single" : name === "picture" ? "multi_fast" : "multi"}`,
         targets: [{ format: multi ? "rgba16float" : "rgba32float" }],
       },
       multisample: { count: multi ? 4 : 1 },
