@@ -73,6 +73,20 @@ def test_a_growing_sphere_becomes_the_sphere_at_infinity(r: np.ndarray) -> None:
     np.testing.assert_allclose(far, InfiniteSphere().lookup_direction(p, r), atol=1e-6)
 
 
+def test_rays_that_graze_or_miss_an_ellipsoid_do_not_magnify_rounding() -> None:
+    """At the silhouette the chord is a square root of zero: an error of 1e-7 in p would become 3e-4 in the lookup."""
+    unit_ball = Sphere((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    r = np.array([1.0, 0.0, 0.0])
+    heights = np.linspace(0.9, 1.2, 30001)
+    p = np.stack([np.full_like(heights, -2.0), heights, np.zeros_like(heights)], -1)
+    hits = unit_ball.lookup_direction(p, r)
+    assert np.isfinite(hits).all()
+    # slope of sqrt at the least half chord: h/0.1 for a height h of about 1, and 1 for the height itself
+    assert np.linalg.norm(np.diff(hits, axis=0), axis=-1).max() <= (heights[1] - heights[0]) * 11
+    missed = hits[heights > 1.0]
+    np.testing.assert_allclose(missed[:, 0], 0.1, atol=CLOSE)
+
+
 def test_packing_names_the_kind_and_keeps_the_numbers() -> None:
     for number, geometry in enumerate((InfiniteSphere(), SPHERE, ELLIPSOID, BOX, HEMISPHERE)):
         packed = pack(geometry)

@@ -10,10 +10,11 @@ import numpy as np
 from numba import njit
 
 from reflet.envmap.cube import AXES
-from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE
+from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, LEAST_HALF_CHORD
 
 _AXES = np.ascontiguousarray(AXES)
 _SMALL = 1e-12
+_LEAST_SQUARE = LEAST_HALF_CHORD**2
 _SMALLEST_RHO = 1e-6
 
 
@@ -37,7 +38,7 @@ def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
     a = vx * vx + vy * vy + vz * vz
     b = qx * vx + qy * vy + qz * vz
     c = qx * qx + qy * qy + qz * qz - 1.0
-    t = max((-b + sqrt(max(b * b - a * c, 0.0))) / a, 0.0)
+    t = max((-b + sqrt(max(b * b - a * c, _LEAST_SQUARE * a))) / a, 0.0)
     if kind == HEMISPHERE:
         if ry < -_SMALL:
             t = min(t, max((g[4] - py) / ry, 0.0))

@@ -2,8 +2,9 @@
 
 A lookup at surface point ``p`` along the mirrored unit ray ``r`` meets the shape at ``h = p + t·r`` and samples the map
 in the direction ``h - origin`` [Hakura01, sec. 4]. Points are in metres, in world space; the returned directions are
-not normalized. ``p`` is taken to lie inside the shape; from outside the far intersection is used, or the closest
-approach where the ray misses.
+not normalized. ``p`` is taken to lie inside the shape; from outside the far intersection is used. A ray that grazes a
+sphere or ellipsoid, or misses it, is taken to leave it `LEAST_HALF_CHORD` radii beyond its closest approach: where the
+square root of the chord goes to zero, it would magnify rounding without bound, and drivers would differ.
 
 Every geometry packs into the same twelve floats (`pack`), which shaders and kernels share:
 ``[kind, a.xyz, floor, b.xyz, 0, origin.xyz]`` with a, b the box's corners, or centre and radii.
@@ -18,6 +19,7 @@ Vec3 = tuple[float, float, float]
 Points = Float[np.ndarray, "*batch 3"]
 
 INFINITE_SPHERE, SPHERE, ELLIPSOID, BOX, HEMISPHERE = range(5)
+LEAST_HALF_CHORD = 0.1
 _SMALL = 1e-12  # direction components below this are taken as this: keeps slabs finite
 
 
@@ -49,11 +51,7 @@ class Ellipsoid:
         """(h - origin)/radii, where h is where the ray leaves the ellipsoid."""
         centre, radii, origin = np.asarray(self.centre), np.asarray(self.radii), np.asarray(self.origin)
         q, v = (p - centre) / radii, r / radii
-        a = np.einsum("...i,...i->...", v, v)
-        b = np.einsum("...i,...i->...", q, v)
-        c = np.einsum("...i,...i->...", q, q) - 1.0
-        t = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
-        return q + np.maximum(t, 0.0)[..., None] * v + (centre - origin) / radii
+        return q + _leave_unit_sphere(q, v)[..., None] * v + (centre - origin) / radii
 
 
 @dataclass(frozen=True)
@@ -92,15 +90,19 @@ class Hemisphere:
     def lookup_direction(self, p: Points, r: Points) -> Points:
         """h - origin, where h is the first of floor (for falling rays) and dome."""
         centre, radii = np.asarray(self.centre), np.asarray(self.radii)
-        q, v = (p - centre) / radii, r / radii
-        a = np.einsum("...i,...i->...", v, v)
-        b = np.einsum("...i,...i->...", q, v)
-        c = np.einsum("...i,...i->...", q, q) - 1.0
-        t = np.maximum((-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0)
+        t = _leave_unit_sphere((p - centre) / radii, r / radii)
         falling = r[..., 1] < -_SMALL
         to_floor = (self.floor - p[..., 1]) / np.where(falling, r[..., 1], -1.0)
         t = np.where(falling, np.minimum(t, np.maximum(to_floor, 0.0)), t)
         return p + t[..., None] * r - np.asarray(self.origin)
+
+
+def _leave_unit_sphere(q: Points, v: Points) -> Float[np.ndarray, "*batch"]:
+    """t ≥ 0 with |q + t·v| = 1, the later one: (-b + sqrt(b² - a·c))/a with a = v·v, b = q·v, c = q·q - 1."""
+    a = np.einsum("...i,...i->...", v, v)
+    b = np.einsum("...i,...i->...", q, v)
+    c = np.einsum("...i,...i->...", q, q) - 1.0
+    return np.asarray(np.maximum((-b + np.sqrt(np.maximum(b * b - a * c, LEAST_HALF_CHORD**2 * a))) / a, 0.0))
 
 
 Geometry = InfiniteSphere | Sphere | Ellipsoid | Box | Hemisphere

@@ -15,12 +15,14 @@ const HEMISPHERE = 4.0;
 
 const SMALL_COMPONENT = 1e-12;  // direction components below this are taken as this: keeps slabs finite
 
+const LEAST_HALF_CHORD = 0.1;       // of rays that graze or miss an ellipsoid, in radii: keeps the root well-conditioned
+
 // Distance from p along r to where the ray leaves the ellipsoid; q and v are p and r in its unit sphere.
 fn leave_unit_sphere(q: vec3f, v: vec3f) -> f32 {
   let a = dot(v, v);
   let b = dot(q, v);
   let c = dot(q, q) - 1.0;
-  return max((sqrt(max(b * b - a * c, 0.0)) - b) / a, 0.0);
+  return max((sqrt(max(b * b - a * c, LEAST_HALF_CHORD * LEAST_HALF_CHORD * a)) - b) / a, 0.0);
 }
 
 // The direction (not of unit length) in which the mirrored unit ray r at point p samples the map of a geometry of this kind.
