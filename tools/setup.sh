@@ -71,7 +71,7 @@ setup_python() {
 }
 
 setup_web() {
-    if ! command -v npm >/dev/null 2>&1 || ! node -e 'process.exit(+process.versions.node.split(".")[0] < 18)'; then
+    if ! command -v npm >/dev/null 2>&1 || ! node -e 'process.exit(process.versions.node.split(".")[0] < 18 ? 1 : 0)'; then
         install "Node.js 18 or later with npm" nodejs npm
     fi
     say "installing web packages into web/node_modules"
