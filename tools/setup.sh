@@ -75,7 +75,8 @@ setup_web() {
         install "Node.js 18 or later with npm" nodejs npm
     fi
     say "installing web packages into web/node_modules"
-    (cd web && npm ci --silent --no-progress)
+    # Not "npm ci": it refuses a lock without other platforms' optional binaries, which not every registry copy holds.
+    (cd web && npm install --no-save --silent --no-progress)
 }
 
 setup_browser() {
