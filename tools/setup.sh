@@ -22,7 +22,7 @@ have_llvm() {
 }
 
 have_vulkan_driver() {
-    ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1 && have_library libvulkan.so.1
+    ls /usr/share/vulkan/icd.d/ /etc/vulkan/icd.d/ 2>/dev/null | grep -q json && have_library libvulkan.so.1
 }
 
 install() { # install PURPOSE PACKAGE...
