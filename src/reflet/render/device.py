@@ -3,11 +3,14 @@
 from functools import cache
 
 import wgpu
+from wgpu.backends.wgpu_native.extras import set_instance_extras
 
 from reflet.errors import RefletError
 
 # Optional features that are used where present: float maps can be filtered only with the first (test renderings).
 _WANTED = ("float32-filterable",)
+# Not OpenGL, which lacks float render targets on many machines and would be taken where no other driver is found.
+_BACKENDS = ("Vulkan", "Metal", "DX12")
 _LIMITS_RAISED = ("max-buffer-size", "max-storage-buffer-binding-size", "max-texture-dimension-2d")
 
 
@@ -16,6 +19,7 @@ def open_device() -> wgpu.GPUDevice:
 
     Raises `RefletError` where there is no graphics adapter.
     """
+    _choose_backends()
     try:
         adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
     except RuntimeError as error:
@@ -26,6 +30,12 @@ def open_device() -> wgpu.GPUDevice:
     features = [name for name in _WANTED if name in adapter.features]
     limits = {name: adapter.limits[name] for name in _LIMITS_RAISED}
     return adapter.request_device_sync(required_features=features, required_limits=limits)
+
+
+@cache
+def _choose_backends() -> None:
+    """Once in a process: the library takes it only before its first adapter."""
+    set_instance_extras(backends=_BACKENDS)
 
 
 @cache
