@@ -25,7 +25,7 @@ lint: .venv/.ready web/node_modules/.ready
 figures: .venv/.ready .venv/.browser $(VIEWER)
 	rm -rf out/figures
 	.venv/bin/reflet bake teapot-room --out out/figures/teapot
-	.venv/bin/reflet compare out/figures/teapot --figure docs/comparison.png --json docs/comparison.json
+	.venv/bin/reflet compare out/figures/teapot --figure docs/comparison.png
 	$(PY) tools/viewer_picture.py out/figures/teapot docs/viewer.png
 
 web: $(VIEWER)
