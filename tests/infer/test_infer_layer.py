@@ -94,14 +94,6 @@ def test_a_local_map_is_its_parts_alone_and_knows_no_hull(two_spheres: Picture) 
 ROWS = ("pixel", "part", "coverage", "diffuse", "fresnel", "distant", "local", "alpha", "combined")
 
 
-def test_the_back_of_a_hull_triangle_looks_its_own_object_up(two_spheres: Picture) -> None:
-    gbuffer = two_spheres.gbuffer
-    on_hull = np.ones(two_spheres.scene.triangle_offsets[-1], np.bool_)
-    back = np.zeros(len(gbuffer.back), np.bool_)
-    back[5] = True
-    assert np.array_equal(looking_up(replace(gbuffer, back=back), (0, 1), on_hull), back)
-
-
 def test_a_single_layer_takes_all_incident_light(two_spheres: Picture) -> None:
     matrix = rendering_matrix(two_spheres.gbuffer, CHAIN, ROOM, BIAS)
     incident = multiply(matrix, random_texels(3))

@@ -54,6 +54,13 @@ def test_convex_shapes_lie_on_their_hull_and_other_parts_are_not_flagged():
     assert flags[0].all() and flags[1].all() and not flags[2].any()
 
 
+def test_a_double_sided_shell_is_never_flagged():
+    """Its inside mirrors the rest of it, and both sides look up the same layers."""
+    metal = replace(MIRROR, double_sided=True)
+    scene = assemble([Part("shell", solid_mesh(sphere((0, 0, 0), 1.0, 0)), metal)], environment=SKY)
+    assert not hull_triangles(scene).any()
+
+
 def test_a_shell_turned_inside_out_is_never_flagged():
     mesh = solid_mesh(sphere((0, 0, 0), 1.0, 0))
     scene = assemble([Part("ball", replace(mesh, triangles=mesh.triangles[:, ::-1].copy()), MIRROR)], environment=SKY)

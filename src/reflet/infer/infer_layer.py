@@ -69,10 +69,10 @@ def looking_up(
     gbuffer: GBuffer, parts: Sequence[int], on_hull: Bool[np.ndarray, "triangles"] | None = None
 ) -> Bool[np.ndarray, "samples"]:
     """The sub-samples that look up a layer of some parts: all that see them; for a local layer, whose ``on_hull`` is
-    given, all but those on fronts that cannot reflect their own object [Hakura01, sec. 4]."""
+    given, all but those on triangles that cannot reflect their own object [Hakura01, sec. 4]."""
     select = np.isin(gbuffer.row_part, parts)[gbuffer.row_of_sample]
     if on_hull is not None:
-        select &= ~on_hull[gbuffer.triangle] | gbuffer.back
+        select &= ~on_hull[gbuffer.triangle]
     return select
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int32, UInt32
+from jaxtyping import Float32, Int32, UInt32
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class GBuffer:
     """Rows (pixel × part) of a picture, the sub-samples they average, and each sub-sample's lookups.
 
     A row's value is the mean over its sub-samples. ``row_of_sample`` is increasing; ``triangle`` numbers the scene's
-    triangles, of which ``back`` sub-samples see the back. Today every sub-sample has one lookup of weight 1; second
+    triangles. Today every sub-sample has one lookup of weight 1; second
     bounces and filter taps will add more.
     """
 
@@ -33,5 +33,4 @@ class GBuffer:
     row_part: Int32[np.ndarray, "rows"]
     row_of_sample: Int32[np.ndarray, "samples"]
     triangle: UInt32[np.ndarray, "samples"]
-    back: Bool[np.ndarray, "samples"]
     lookups: tuple[Lookups, ...]

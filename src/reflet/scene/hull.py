@@ -18,8 +18,8 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
 
     Such a triangle lies on the object's convex hull with its front outwards, and no ray that leaves the front can meet
     the object again [Hakura01, sec. 4.2]; conversely every triangle on the hull is found. Back faces and parts that do
-    not reflect are never flagged. It is enough to compare with the hull's own vertices, since a plane that has them
-    behind it has all others behind it too.
+    not reflect are never flagged, nor are double-sided parts: the inside of a thin shell sees the rest of it. It is
+    enough to compare with the hull's own vertices, since a plane that has them behind it has all others behind it too.
     """
     flags = np.zeros(scene.triangle_offsets[-1], bool)
     for index, item in enumerate(scene.objects):
@@ -27,6 +27,8 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
         limit = TOLERANCE * float(np.linalg.norm(np.ptp(positions, axis=0)))
         extreme = _hull_vertices(positions)
         for p in item.parts:
+            if scene.parts[p].material.double_sided:
+                continue
             mesh = scene.parts[p].mesh
             corners = mesh.positions[mesh.triangles].astype(np.float64)
             normals, _ = face_normals(corners.reshape(-1, 3))

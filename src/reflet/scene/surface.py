@@ -42,16 +42,15 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     surface = _surface(scene)
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
-    back = np.empty(len(pixel), np.bool_)
     _mirror(
         np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, triangle.astype(np.int64),
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
-        surface.texels, surface.textures, position, direction, back,
+        surface.texels, surface.textures, position, direction,
     )  # fmt: skip
     ones = np.ones(len(pixel), np.float32)
     lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction)
     row_pixel, row_part = np.divmod(row_key[first], len(scene.parts))
-    return GBuffer(row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, back, (lookups,))
+    return GBuffer(row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, (lookups,))
 
 
 @dataclass(frozen=True)
@@ -153,7 +152,7 @@ def _shading_normal(k, b0, b1, b2, normals, uv, tangents, texture, scales, texel
 @njit(parallel=True, cache=True, error_model="numpy")
 def _mirror(
     eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
-    position, direction, back,
+    position, direction,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down."""
     for i in prange(len(triangle)):
@@ -163,8 +162,7 @@ def _mirror(
         e2x, e2y, e2z = float(v[2, 0]) - v[0, 0], float(v[2, 1]) - v[0, 1], float(v[2, 2]) - v[0, 2]
         gx, gy, gz = _normalized(e1y * e2z - e1z * e2y, e1z * e2x - e1x * e2z, e1x * e2y - e1y * e2x)
         wx, wy, wz = eye[0] - v[0, 0], eye[1] - v[0, 1], eye[2] - v[0, 2]
-        back[i] = gx * wx + gy * wy + gz * wz < 0.0
-        if back[i]:  # of a double-sided face
+        if gx * wx + gy * wy + gz * wz < 0.0:  # the back of a double-sided face
             gx, gy, gz = -gx, -gy, -gz
         for j in range(3):
             x, y = xy[i, 0] + step * (j == 1), xy[i, 1] + step * (j == 2)
