@@ -21,7 +21,7 @@ from pathlib import Path
 from reflet.bake import TIMINGS
 
 BAKE = [sys.executable, "-c", "from reflet.cli.main import main; main()", "bake"]
-OPTIONS = ["--views", "6", "--image-size", "96", "--em-size", "32", "--spp", "8"]
+OPTIONS = ["--views", "16", "--image-size", "224", "--em-size", "64", "--spp", "16"]  # viewpoints outlast the start
 
 
 def contents(folder: Path) -> dict[str, str]:
