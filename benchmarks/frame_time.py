@@ -21,7 +21,7 @@ import numpy as np
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.pem.container import open_pem
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.render.renderer import Renderer
@@ -65,7 +65,7 @@ def layered_pem(scene: Scene, size: int = 256) -> ParameterizedEnvironmentMap:
     centre, half = (positions.max(0) + positions.min(0)) / 2, np.ptp(positions, axis=0) / 2
     box = Box(tuple(centre - 4 * half), tuple(centre + 4 * half), tuple(centre))
     ellipsoid = Ellipsoid(tuple(centre), tuple(np.sqrt(3) * half), tuple(centre))
-    chain, random = CubeMipChain(size), np.random.default_rng(0)
+    chain, random = MipChain(size), np.random.default_rng(0)
 
     def env_map(channels: int, geometry: Box | Ellipsoid) -> EnvMap:
         return EnvMap(chain, random.uniform(0, 1, (chain.texel_count, channels)).astype(np.float16), geometry)

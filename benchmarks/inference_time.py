@@ -12,7 +12,7 @@ import time
 from dataclasses import replace
 
 from reflet.bake import LOD_BIAS
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.infer_layer import infer_layer
 from reflet.load import load_scene
@@ -38,7 +38,7 @@ def main() -> None:
     probe = tracer.probe(0, em_origin(scene, item.parts), size=asked.em_size, spp=4)
     box = fit("box", scene, item.parts, probe)
     ellipsoids = {part: fit("ellipsoid", scene, (part,)) for part in item.parts}
-    chain, small = CubeMipChain(asked.em_size), CubeMipChain(asked.em_size // 2)
+    chain, small = MipChain(asked.em_size), MipChain(asked.em_size // 2)
     orbit = replace(frame_orbit(scene), image_size=asked.image_size)
 
     runs: dict[str, list[tuple[float, float]]] = {"trace": [], "gbuffer": [], "distant": [], "local": []}

@@ -9,7 +9,7 @@ import numpy as np
 from reflet.envmap.cube import AXES, texel_directions
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight, Material, Texture
@@ -113,7 +113,7 @@ def _irradiance(scene: Scene) -> IrradianceMap:
 
 
 def _map(layer: Layer, view: int) -> EnvMap:
-    chain = CubeMipChain(layer.size)
+    chain = MipChain(layer.size)
     levels = []
     for mip_level, size in enumerate(chain.level_sizes):
         d = texel_directions(size).reshape(-1, 3)

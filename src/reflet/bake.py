@@ -20,7 +20,7 @@ from jaxtyping import Bool
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.fit_local import fit_local_ellipsoid
@@ -73,7 +73,7 @@ def bake(
     for kind in (distant, local):
         if kind not in KINDS:
             raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
-    chains = {"distant": CubeMipChain(em_size), "local": CubeMipChain(local_size or max(em_size // 2, 1))}
+    chains = {"distant": MipChain(em_size), "local": MipChain(local_size or max(em_size // 2, 1))}
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
@@ -110,7 +110,7 @@ def bake(
         traced = time.perf_counter()
         solutions = infer_view(scene, view, layers, probes, on_hull)
         maps = [
-            EnvMap(CubeMipChain(layer.size), solution.texels, layer.geometry)
+            EnvMap(MipChain(layer.size), solution.texels, layer.geometry)
             for layer, solution in zip(layers, solutions, strict=True)
         ]
         inferred = time.perf_counter()
@@ -169,7 +169,7 @@ def plan_layers(
     on_hull: Bool[np.ndarray, "triangles"],
     distant: str,
     local: str,
-    chains: dict[str, CubeMipChain],
+    chains: dict[str, MipChain],
 ) -> tuple[Layer, ...]:
     """One distant layer for each object, and a local one for each of its parts that is not all on the convex hull."""
     layers = []
@@ -214,7 +214,7 @@ def fit_local_layers(
         if layer.kind == "local" and type(geometry) is Ellipsoid:
             state = writer.load_state(f"shape-{number}")
             if state is None:
-                chain = CubeMipChain(min(layer.size, FIT_MAP_SIZE))
+                chain = MipChain(min(layer.size, FIT_MAP_SIZE))
                 geometry = fit_local_ellipsoid(geometry, views, layer.parts[0], on_hull, LOD_BIAS, chain)
                 state = {"centre": np.array(geometry.centre), "radii": np.array(geometry.radii)}
                 writer.save_state(f"shape-{number}", **state)
@@ -250,7 +250,7 @@ def infer_view(
                 view.layers,
                 layer.parts,
                 layer.geometry,
-                CubeMipChain(layer.size),
+                MipChain(layer.size),
                 lod_bias,
                 prior=prior,
                 on_hull=on_hull,

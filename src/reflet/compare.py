@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float32
 
 from reflet.bake import infer_view, sample_seed, trace_probes
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.files.exr import write_exr
 from reflet.infer.fit_geometry import fit
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
@@ -243,7 +243,7 @@ def _rivals(
     pem: ParameterizedEnvironmentMap, tracer: Tracer, spp: int, progress: ProgressCallback
 ) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
     """Single-layer PEMs of every geometry, inferred at the samples compared, then static maps."""
-    chain = CubeMipChain(next(layer.size for layer in pem.layers if layer.kind == "distant"))
+    chain = MipChain(next(layer.size for layer in pem.layers if layer.kind == "distant"))
     probes = trace_probes(tracer, chain.size)
     plans = {short: _one_layer(pem, probes, kind, chain.size) for short, kind in GEOMETRIES.items()}
     samples = _samples(pem.space)
@@ -278,7 +278,7 @@ def _one_layer(
 
 
 def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels 3"]]) -> tuple[EnvMap, ...]:
-    return tuple(EnvMap(CubeMipChain(layer.size), x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
+    return tuple(EnvMap(MipChain(layer.size), x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
 
 
 def _exhibit(reference: _Reference, pictures: dict[str, Radiance]) -> Exhibit:

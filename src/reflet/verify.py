@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sp
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.records import RenderingMatrix
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.pem.pem import ParameterizedEnvironmentMap
@@ -81,7 +81,7 @@ def verify(
             select = np.isin(part_of_sample, layer.parts)
             if kind == "local":
                 select &= ~pem.on_hull[gbuffer.triangle]
-            analytic = rendering_matrix(gbuffer, CubeMipChain(layer.size), layer.geometry, pem.lod_bias, select)
+            analytic = rendering_matrix(gbuffer, MipChain(layer.size), layer.geometry, pem.lod_bias, select)
             worst = max(worst, largest_difference(analytic, matrix))
     share = len(common.pixel) / max(len(traced.pixel), 1)
     tolerance = EXACT_TOLERANCE if filters_exactly(renderer.device) else CARD_TOLERANCE

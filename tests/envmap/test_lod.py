@@ -4,9 +4,9 @@ import numpy as np
 
 from reflet.envmap.cube import direction_from_face
 from reflet.envmap.lod import lod_from_neighbours
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 
-CHAIN = CubeMipChain(64)
+CHAIN = MipChain(64)
 
 
 def directions(step_right: tuple[float, float], step_down: tuple[float, float]) -> np.ndarray:

@@ -3,10 +3,10 @@
 import numpy as np
 
 from reflet.envmap.cube import texel_directions, texel_solid_angle
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.mip_reduction import mip_levels_from_finest, prolong
 
-CHAIN = CubeMipChain(16)
+CHAIN = MipChain(16)
 
 
 def test_every_level_has_the_same_mean_over_all_directions() -> None:
@@ -27,7 +27,7 @@ def test_a_constant_stays_constant_both_ways() -> None:
 
 
 def test_prolongation_follows_a_smooth_function_over_edges() -> None:
-    chain = CubeMipChain(64)
+    chain = MipChain(64)
 
     def smooth(size: int) -> np.ndarray:
         return texel_directions(size) @ np.array([0.3, -0.7, 0.5])

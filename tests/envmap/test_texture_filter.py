@@ -6,7 +6,7 @@ import pytest
 from reflet.envmap.compiled_lookup import lookup_direction, taps_into
 from reflet.envmap.cube import direction_from_face, face_from_direction, texel_directions
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import padded_index_table, padded_indices, sample, taps
 
 GEOMETRIES = [
@@ -30,7 +30,7 @@ def random_directions(count: int, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.parametrize("size", [1, 2, 8, 32])
 def test_weights_add_up_to_one(size: int) -> None:
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     lod = np.random.default_rng(1).uniform(0.0, chain.level_count - 1, 3000)
     indices, weights = taps(chain, random_directions(3000), lod)
     assert weights.min() >= 0.0
@@ -40,7 +40,7 @@ def test_weights_add_up_to_one(size: int) -> None:
 
 
 def test_at_a_texel_centre_one_texel_counts() -> None:
-    chain = CubeMipChain(16)
+    chain = MipChain(16)
     for level, size in enumerate(chain.level_sizes):
         texels = np.arange(chain.texel_count, dtype=np.float64)[:, None]
         direction = texel_directions(size).reshape(-1, 3)
@@ -51,7 +51,7 @@ def test_at_a_texel_centre_one_texel_counts() -> None:
 
 @pytest.mark.parametrize("size", [2, 4, 16])
 def test_padding_crosses_to_the_geometrically_nearest_texel(size: int) -> None:
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     table = padded_indices(chain, 0)
     centres = texel_directions(size).reshape(-1, 3)
     position = (2.0 * np.arange(size) + 1.0) / size - 1.0
@@ -65,7 +65,7 @@ def test_padding_crosses_to_the_geometrically_nearest_texel(size: int) -> None:
 
 @pytest.mark.parametrize("level", [0.0, 1.0, 2.4])
 def test_continuous_over_every_edge_and_corner(level: float) -> None:
-    chain = CubeMipChain(16)
+    chain = MipChain(16)
     texels = np.random.default_rng(2).random((chain.texel_count, 1))
     rng = np.random.default_rng(3)
     along = rng.uniform(-1.0, 1.0, 4000)
@@ -81,14 +81,14 @@ def test_continuous_over_every_edge_and_corner(level: float) -> None:
 
 
 def test_constant_texels_stay_constant() -> None:
-    chain = CubeMipChain(32)
+    chain = MipChain(32)
     texels = np.full((chain.texel_count, 3), 0.7)
     shown = sample(chain, texels, random_directions(1000), np.linspace(0, 5, 1000))
     assert np.abs(shown - 0.7).max() < 1e-12
 
 
 def test_compiled_taps_are_the_same() -> None:
-    chain = CubeMipChain(32)
+    chain = MipChain(32)
     direction = random_directions(2000)
     lod = np.random.default_rng(4).uniform(0.0, 5.0, 2000)
     lod[:50] = 5.0

@@ -5,14 +5,14 @@ import struct
 import numpy as np
 import pytest
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.files.ktx2 import HALF_MAX, read_ktx2, write_ktx2
 
 
 @pytest.fixture
 def chain():
-    return CubeMipChain(8)
+    return MipChain(8)
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def texels(chain):
 
 @pytest.mark.parametrize("size", [1, 2, 8])
 def test_round_trip(tmp_path, size):
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     texels = np.random.default_rng(1).normal(0, 10, (chain.texel_count, 4)).astype(np.float32)
     write_ktx2(tmp_path / "map.ktx2", chain, texels)
     cube = read_ktx2(tmp_path / "map.ktx2")
@@ -89,7 +89,7 @@ def test_orientation_is_stated(tmp_path, chain, texels):
 
 
 def test_radiance_beyond_half_floats_is_clamped(tmp_path):
-    chain = CubeMipChain(1)
+    chain = MipChain(1)
     write_ktx2(tmp_path / "map.ktx2", chain, np.full((6, 3), 1e6, np.float32))
     texels = read_ktx2(tmp_path / "map.ktx2").texels()
     np.testing.assert_array_equal(texels[:, :3], HALF_MAX)
@@ -98,7 +98,7 @@ def test_radiance_beyond_half_floats_is_clamped(tmp_path):
 
 def test_not_a_number_is_refused(tmp_path):
     with pytest.raises(RefletError, match="not numbers"):
-        write_ktx2(tmp_path / "map.ktx2", CubeMipChain(1), np.full((6, 3), np.nan, np.float32))
+        write_ktx2(tmp_path / "map.ktx2", MipChain(1), np.full((6, 3), np.nan, np.float32))
     assert not list(tmp_path.iterdir())
 
 

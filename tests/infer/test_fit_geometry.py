@@ -6,7 +6,7 @@ from synthetic import mirror_scene, sphere_mesh
 
 from reflet.envmap.cube import texel_directions
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
 from reflet.scene.mesh import Mesh
@@ -31,7 +31,7 @@ def scene() -> Scene:
 
 
 def probe_of(origin: tuple[float, float, float], distance: np.ndarray) -> StaticProbe:
-    texels = np.zeros((CubeMipChain(distance.shape[-1]).texel_count, 3), np.float32)
+    texels = np.zeros((MipChain(distance.shape[-1]).texel_count, 3), np.float32)
     return StaticProbe(origin, texels, distance.astype(np.float32))
 
 

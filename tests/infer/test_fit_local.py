@@ -7,7 +7,7 @@ from test_infer_layer import layers_of
 
 from reflet.envmap.cube import texel_directions
 from reflet.envmap.geometry import Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer import fit_local
 from reflet.infer.fit_local import fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer
@@ -16,7 +16,7 @@ from reflet.infer.rendering_matrix import rendering_matrix
 
 TRUE = Ellipsoid((0.05, 0.1, 0.0), (0.5, 0.45, 0.6), (0.05, 0.1, 0.0))
 START = Ellipsoid((0.0, 0.0, 0.0), (0.8, 0.8, 0.8), (0.0, 0.0, 0.0))
-CHAIN = CubeMipChain(16)
+CHAIN = MipChain(16)
 BIAS = -1.5
 
 

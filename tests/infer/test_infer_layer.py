@@ -7,14 +7,14 @@ import pytest
 from synthetic import Picture, mirror_scene, picture, sphere_mesh
 
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.infer_layer import infer_layer, looking_up
 from reflet.infer.product import multiply
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings
 from reflet.trace.layers import SegmentedLayers
 
-CHAIN = CubeMipChain(16)
+CHAIN = MipChain(16)
 ROOM = Box((-2.0, -0.3, -2.0), (2.0, 2.0, 1.0), (0.0, 0.1, 0.0))
 NEAR = Ellipsoid((0.0, 0.0, 0.0), (0.7, 0.5, 0.5), (0.0, 0.0, 0.0))
 BIAS = -1.5

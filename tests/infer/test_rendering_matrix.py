@@ -11,13 +11,13 @@ from synthetic import Picture, as_scipy, mirror_scene, picture, sphere_mesh
 from reflet.envmap.cube import texel_directions
 from reflet.envmap.geometry import Box, Ellipsoid, Geometry, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.lod import lod_from_neighbours
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import taps
 from reflet.infer.product import multiply, transpose
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.scene.gbuffer import GBuffer
 
-CHAIN = CubeMipChain(32)
+CHAIN = MipChain(32)
 GEOMETRIES = [
     InfiniteSphere(),
     Sphere((0.1, 0.2, -0.1), (2.0, 2.0, 2.0), (0.0, 0.3, 0.0)),

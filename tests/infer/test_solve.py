@@ -7,7 +7,7 @@ import scipy.sparse.linalg
 from synthetic import Picture, as_scipy
 
 from reflet.envmap.geometry import Box
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.mip_reduction import prolong
 from reflet.infer.product import multiply
 from reflet.infer.records import RenderingMatrix
@@ -19,7 +19,7 @@ ROOM = Box((-2.0, -0.3, -2.0), (2.0, 2.0, 1.0), (0.0, 0.1, 0.0))
 NO_LIMIT = np.full(3, 1e6)
 
 
-def details_matrix(chain: CubeMipChain) -> np.ndarray:
+def details_matrix(chain: MipChain) -> np.ndarray:
     """G, from the reference of prolongation."""
     identity = np.eye(chain.texel_count)
     g = np.zeros_like(identity)
@@ -29,16 +29,16 @@ def details_matrix(chain: CubeMipChain) -> np.ndarray:
     return g
 
 
-def problem(picture: Picture, size: int, lod_bias: float = -1.0) -> tuple[CubeMipChain, RenderingMatrix, np.ndarray]:
+def problem(picture: Picture, size: int, lod_bias: float = -1.0) -> tuple[MipChain, RenderingMatrix, np.ndarray]:
     """A map's chain, the matrix of a picture, and random texels."""
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     matrix = rendering_matrix(picture.gbuffer, chain, ROOM, lod_bias)
     return chain, matrix, np.random.default_rng(0).random((chain.texel_count, 3)).astype(np.float32)
 
 
 @pytest.mark.parametrize("size", [1, 2, 16])
 def test_the_penalty_is_that_of_its_matrix(size: int) -> None:
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     g = details_matrix(chain)
     d = np.random.default_rng(1).standard_normal((2, chain.texel_count)).astype(np.float32)
     assert np.abs(penalty_gradient(chain, d) - d @ (g.T @ g)).max() < 3e-6  # float32 sums of some tens of terms
@@ -47,7 +47,7 @@ def test_the_penalty_is_that_of_its_matrix(size: int) -> None:
 
 
 def test_a_change_by_a_constant_costs_nothing() -> None:
-    chain = CubeMipChain(32)
+    chain = MipChain(32)
     assert np.abs(penalty_gradient(chain, np.full((1, chain.texel_count), 0.5, np.float32))).max() < 1e-6
 
 
@@ -142,7 +142,7 @@ def test_texels_stay_within_bounds_and_the_others_make_up_for_it(sphere_picture:
 
 
 def test_an_empty_picture_gives_the_prior() -> None:
-    chain = CubeMipChain(4)
+    chain = MipChain(4)
     nothing = RenderingMatrix(np.zeros(1, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32), chain.texel_count)
     prior = np.full((chain.texel_count, 3), 0.25, np.float32)
     solution = solve(nothing, np.zeros((0, 3)), np.zeros((0, 3)), prior, NO_LIMIT, chain)

@@ -7,7 +7,7 @@ import pytest
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
@@ -45,7 +45,7 @@ def _pem() -> ParameterizedEnvironmentMap:
     maps = [
         EnvMap(chain, np.ones((chain.texel_count, channels), np.float32), layer.geometry)
         for layer, channels in zip(layers, (3, 4), strict=True)
-        for chain in (CubeMipChain(layer.size),)
+        for chain in (MipChain(layer.size),)
     ]
     return ParameterizedEnvironmentMap(
         scene=scene,

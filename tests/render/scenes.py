@@ -7,7 +7,7 @@ import numpy as np
 from reflet.envmap.cube import direction_from_face
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry, InfiniteSphere
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
@@ -56,7 +56,7 @@ def mesh(positions: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> M
     return Mesh(positions.astype(np.float32), normals.astype(np.float32), triangles.astype(np.uint32))
 
 
-def texel_directions(chain: CubeMipChain) -> np.ndarray:
+def texel_directions(chain: MipChain) -> np.ndarray:
     """Directions (not unit) of all texels' centres, (texels, 3)."""
     out = []
     for size in chain.level_sizes:
@@ -68,7 +68,7 @@ def texel_directions(chain: CubeMipChain) -> np.ndarray:
 
 def analytic_map(size: int, radiance: Callable[[np.ndarray], np.ndarray], geometry: Geometry) -> EnvMap:
     """Texels are ``radiance`` of the unit directions of their centres."""
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     d = texel_directions(chain)
     d /= np.linalg.norm(d, axis=-1, keepdims=True)
     return EnvMap(chain, np.asarray(radiance(d), np.float32), geometry)
@@ -76,7 +76,7 @@ def analytic_map(size: int, radiance: Callable[[np.ndarray], np.ndarray], geomet
 
 def random_map(size: int, channels: int, geometry: Geometry, seed: int) -> EnvMap:
     """Every texel different, radiance in [0, 2]; local ones premultiplied."""
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     texels = np.random.default_rng(seed).uniform(0.0, 2.0, (chain.texel_count, channels))
     if channels == 4:
         texels[:, 3] *= 0.5

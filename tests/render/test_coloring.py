@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import taps
 from reflet.render.coloring import COLOR_COUNT, texel_colors, texel_names, texels_from_names
 
@@ -26,7 +26,7 @@ def directions_everywhere(size: int) -> np.ndarray:
 
 @pytest.mark.parametrize("size", SIZES)
 def test_no_lookup_weighs_two_texels_of_one_color(size: int) -> None:
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     direction = directions_everywhere(size)
     lod = np.random.default_rng(1).uniform(0, chain.level_count - 1, len(direction))
     texel, weight = taps(chain, direction, lod)
@@ -39,7 +39,7 @@ def test_no_lookup_weighs_two_texels_of_one_color(size: int) -> None:
 
 @pytest.mark.parametrize("size", [*SIZES, 256])
 def test_names_are_unique_within_a_color_and_lead_back(size: int) -> None:
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     colors, names = texel_colors(chain), texel_names(chain)
     assert colors.min() >= 0 and colors.max() < COLOR_COUNT
     assert (names[:, 0] == 1).all()
@@ -50,4 +50,4 @@ def test_names_are_unique_within_a_color_and_lead_back(size: int) -> None:
 
 def test_names_that_no_texel_has_are_known_as_such() -> None:
     names = np.array([[500, 0, -20], [0, 500, -20], [0, 0, 100], [0, 0, -21]], np.float32)
-    assert (texels_from_names(CubeMipChain(16), 0, names) == -1).all()
+    assert (texels_from_names(MipChain(16), 0, names) == -1).all()

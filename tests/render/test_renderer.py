@@ -19,7 +19,7 @@ from scenes import (
 
 from reflet.envmap.cube import FACES, direction_from_face
 from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.render import device as device_module
@@ -54,7 +54,7 @@ def test_frames_are_the_rendering_matrix_times_the_texels() -> None:
     pem = pem_of(scene, [env_map], lod_bias=-1.5, image_size=64)
     renderer, camera = Renderer(pem), pem.space.camera(0)
     gbuffer = gbuffer_from_visibility(scene, rasterized_visibility(renderer, camera, 4))
-    a = rendering_matrix(gbuffer, CubeMipChain(32), box, -1.5)
+    a = rendering_matrix(gbuffer, MipChain(32), box, -1.5)
     expected = sp.csr_matrix((a.weights, a.columns, a.starts), (len(a.starts) - 1, a.texel_count)) @ env_map.texels
     image = renderer.layer_image(camera, "distant").reshape(-1, 4)[gbuffer.row_pixel]
     # Weights agree to 1e-5, about eight of them matter, texels are at most 2.
@@ -90,7 +90,7 @@ def test_a_mirror_sphere_shows_the_analytic_reflection() -> None:
 
 def test_labelled_faces_appear_where_they_belong() -> None:
     """Six mirrors look straight at the six faces: each shows its face's colour, and its texels the right way round."""
-    chain = CubeMipChain(16)
+    chain = MipChain(16)
     for face in range(6):
         texels = np.zeros((chain.texel_count, 3), np.float32)
         level = chain.level(texels, 0)

@@ -6,7 +6,7 @@ from compute import run
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.envmap.lod import lod_from_neighbours
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.report.measures import tone_map
 
 GEOMETRIES = [
@@ -55,7 +55,7 @@ def test_cube_lod() -> None:
                       vec3f(in2[3*i], in2[3*i+1], in2[3*i+2]), 256.0, -1.5, 8.0);
     """
     shader = run(code, list(directions), 1)[:, 0]
-    reference = lod_from_neighbours(CubeMipChain(256), directions.astype(float), -1.5)
+    reference = lod_from_neighbours(MipChain(256), directions.astype(float), -1.5)
     # The difference of two (s, t) near 1 that lie 1e-4 apart: 1e-7/1e-4·log2(e), with room for projections beyond 1.
     assert np.abs(shader - reference).max() < 5e-3
     assert np.median(np.abs(shader - reference)) < 1e-5

@@ -9,7 +9,7 @@ from PIL import Image
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import InfiniteSphere
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.report import measures
 from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit
 from reflet.report.figure import BACKGROUND, comparison_figure
@@ -85,7 +85,7 @@ def test_table_names_every_method_and_marks_no_place_that_was_not_measured(compa
 
 
 def test_sheet_shows_every_texel_of_every_level_once() -> None:
-    chain = CubeMipChain(8)
+    chain = MipChain(8)
     texels = np.full((chain.texel_count, 4), 1e3, np.float32)  # so bright that it shows as white
     texels[:, :3] = 0.0
     texels[:, 3] = 1.0
@@ -97,7 +97,7 @@ def test_sheet_shows_every_texel_of_every_level_once() -> None:
 
 
 def test_sheet_puts_faces_in_order() -> None:
-    chain = CubeMipChain(4)
+    chain = MipChain(4)
     texels = np.zeros((chain.texel_count, 3), np.float32)
     for face in range(6):
         chain.level(texels, 0)[face] = 0.1 * (face + 1)

@@ -5,7 +5,7 @@ import pytest
 from trace_scenes import CHROME, constant_light, no_irradiance, room, scene, sphere
 
 from reflet.envmap.cube import texel_directions, texel_solid_angle
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.trace.tracer import Tracer
@@ -30,7 +30,7 @@ def test_probe_sees_other_objects_mirror_and_nothing_as_infinite() -> None:
     # a sphere of radius 1 three metres away fills 2π(1 - cos asin 1/3)
     solid_angle = (hit * texel_solid_angle(16)).sum()
     assert solid_angle == pytest.approx(2 * np.pi * (1 - np.sqrt(1 - 1 / 9)), rel=0.1)  # texels are counted whole
-    chain = CubeMipChain(16)
+    chain = MipChain(16)
     # the middle texels of face px, off the axis by 1/16 either way; 48 rows of triangles flatten the ball by 1e-3
     cosine = 1.0 / np.sqrt(1.0 + 2.0 / 256.0)
     expected = 3.0 * cosine - np.sqrt(9.0 * cosine**2 - 8.0)

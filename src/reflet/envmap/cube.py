@@ -6,7 +6,9 @@ downwards, both in [-1, 1], so that texel (row, column) of a face of N texels ha
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+
+from reflet.envmap.parameterization import NONE, UV, Directions, Faces, Parameterization
 
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
 
@@ -73,3 +75,44 @@ def texel_solid_angle(size: int) -> Float[np.ndarray, "size size"]:
     s, t = edge[None, :], edge[:, None]
     corner = np.arctan2(s * t, np.sqrt(s * s + t * t + 1.0))
     return corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
+
+
+class Cube(Parameterization):
+    """Six perspective pictures, [Heidrich00, sec. 2.2]; u = (1 + s)/2, v = (1 + t)/2 on every face."""
+
+    name = "cube"
+    kind = 0
+    face_count = 6
+
+    def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
+        """`face_from_direction`."""
+        face, s, t = face_from_direction(direction)
+        return face, np.stack([0.5 + 0.5 * s, 0.5 + 0.5 * t], -1)
+
+    def direction_from_uv(self, face: Faces, uv: UV) -> tuple[Directions, Bool[np.ndarray, "*batch"]]:
+        """All of the map is valid."""
+        direction = direction_from_face(face, 2.0 * uv[..., 0] - 1.0, 2.0 * uv[..., 1] - 1.0)
+        return direction / np.linalg.norm(direction, axis=-1, keepdims=True), np.ones(face.shape, bool)
+
+    def texel_solid_angle(self, size: int) -> Float[np.ndarray, "6 size size"]:
+        """The function of the same name, for all faces."""
+        return np.broadcast_to(texel_solid_angle(size), (6, size, size))
+
+    def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
+        """dA/dω = (1/4)/m³ with m the largest component: dω = ds·dt/(1 + s² + t²)^1.5."""
+        return np.asarray(0.25 / np.abs(direction).max(-1) ** 3)
+
+    def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
+        """The nearest texel of the neighbouring face; beyond a corner, where only three faces meet, none."""
+        s, t = (2.0 * column + 1.0) / size - 1.0, (2.0 * row + 1.0) / size - 1.0
+        # Just outside the edge, the nearest texel of the neighbouring face is the one that shares the edge.
+        beyond = 1.0 + 1e-6
+        on, s_on, t_on = face_from_direction(
+            direction_from_face(face, np.clip(s, -beyond, beyond), np.clip(t, -beyond, beyond))
+        )
+        column_on, row_on = (np.clip(((c + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for c in (s_on, t_on))
+        corner = (np.abs(s) > 1.0) & (np.abs(t) > 1.0)
+        return np.where(corner, NONE, on), row_on, column_on
+
+
+CUBE = Cube()

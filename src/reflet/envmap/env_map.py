@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.envmap.geometry import Geometry
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class EnvMap:
     [0, 1]). The levels need not be filtered copies of each other.
     """
 
-    chain: CubeMipChain
+    chain: MipChain
     texels: Float[np.ndarray, "texels channels"]
     geometry: Geometry
 

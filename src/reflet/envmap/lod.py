@@ -4,13 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.envmap.cube import AXES, face_from_direction
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 
 
 def lod_from_neighbours(
-    chain: CubeMipChain, direction: Float[np.ndarray, "3 n 3"], lod_bias: float
+    chain: MipChain, direction: Float[np.ndarray, "3 n 3"], lod_bias: float
 ) -> Float[np.ndarray, "n"]:
     """LOD of lookups in [0, level_count - 1] from three directions each, of any length.
 

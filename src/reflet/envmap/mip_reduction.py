@@ -5,53 +5,56 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Shaped
 
-from reflet.envmap.cube import texel_solid_angle
-from reflet.envmap.mip_chain import CubeMipChain
-from reflet.envmap.texture_filter import padded_indices
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.texture_filter import MISSING, padded_indices
 
 
 def mip_levels_from_finest(
-    chain: CubeMipChain, finest: Float[np.ndarray, "6 size size *channels"]
+    chain: MipChain, finest: Float[np.ndarray, "faces rows columns *channels"]
 ) -> Float[np.ndarray, "texels *channels"]:
     """A whole mip chain whose coarser texels are the solid-angle weighted means of the finest ones they cover.
 
     The mean over all directions is thus the same on every level.
     """
     texels = np.empty((chain.texel_count, *finest.shape[3:]), finest.dtype)
-    weight = texel_solid_angle(chain.size).reshape(1, chain.size, chain.size, *[1] * (finest.ndim - 3))
+    solid_angle = chain.parameterization.texel_solid_angle(chain.size)
+    weight = solid_angle.reshape(*solid_angle.shape, *[1] * (finest.ndim - 3))
     chain.level(texels, 0)[...] = finest
     flux = finest * weight
-    for level, size in enumerate(chain.level_sizes[1:], 1):
-        flux = _sum_of_four(flux, size)
-        weight = _sum_of_four(weight, size)
+    for level in range(1, chain.level_count):
+        flux, weight = _sum_of_four(flux), _sum_of_four(weight)
         chain.level(texels, level)[...] = flux / weight
     return texels
 
 
-def _sum_of_four(fine: np.ndarray, size: int) -> np.ndarray:
-    return fine.reshape(fine.shape[0], size, 2, size, 2, *fine.shape[3:]).sum((2, 4))
+def _sum_of_four(fine: np.ndarray) -> np.ndarray:
+    faces, rows, columns = fine.shape[:3]
+    return fine.reshape(faces, rows // 2, 2, columns // 2, 2, *fine.shape[3:]).sum((2, 4))
 
 
 def prolong(
-    chain: CubeMipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
-) -> Float[np.ndarray, "6 size size *channels"]:
+    chain: MipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
+) -> Float[np.ndarray, "faces rows columns *channels"]:
     """What level ``mip_level`` looks like if taken from the next coarser one alone: seamless bilinear interpolation."""
     coarse = pad(chain, texels, mip_level + 1)
-    size = chain.level_sizes[mip_level]
     for axis in (1, 2):
         # Fine texel centres lie a quarter of a coarse texel beside the coarse centres.
-        index = np.arange(size) // 2 + 1
-        beside = index + np.where(np.arange(size) % 2, 1, -1)
+        fine = np.arange(chain.level_shape(mip_level)[axis])
+        index = fine // 2 + 1
+        beside = index + np.where(fine % 2, 1, -1)
         coarse = 0.75 * np.take(coarse, index, axis) + 0.25 * np.take(coarse, beside, axis)
     return coarse
 
 
 def pad(
-    chain: CubeMipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
-) -> Float[np.ndarray, "6 padded padded *channels"]:
-    """One level with its neighbours' nearest texels around every face; corners: the mean of the three there."""
+    chain: MipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
+) -> Float[np.ndarray, "faces rows columns *channels"]:
+    """One level with its neighbours' nearest texels around every face; where none is, at a cube's corners, the mean of
+    the three texels there."""
     index = padded_indices(chain, mip_level)
     padded = texels[index]
+    if not (index == MISSING).any():
+        return padded
     for row, column, inner_row, inner_column in _corners():
         three = ((inner_row, inner_column), (row, inner_column), (inner_row, column))
         padded[:, row, column] = sum(padded[:, r, c] for r, c in three) / 3.0

@@ -1,4 +1,4 @@
-"""The texture filter of the target graphics system: trilinear, seamless over cube edges.
+"""The texture filter of the target graphics system: trilinear, seamless over the edges of faces.
 
 A lookup is a weighted sum of eight texels, four on each of two mip levels. Which texels lie across an edge is settled
 once, in a table a level with one texel of padding around every face. At a cube's corner three faces meet, so that one
@@ -10,28 +10,23 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int, Int32
 
-from reflet.envmap.cube import direction_from_face, face_from_direction
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import NONE
 
 MISSING = -1  # the table's entry for the texel beyond a cube's corner
 
 
-def padded_indices(chain: CubeMipChain, mip_level: int) -> Int32[np.ndarray, "6 padded padded"]:
+def padded_indices(chain: MipChain, mip_level: int) -> Int32[np.ndarray, "faces rows columns"]:
     """Texel indices of one mip level, each face surrounded by its neighbours' nearest texels; `MISSING` at corners."""
-    size = chain.level_sizes[mip_level]
-    # Just outside the edge the nearest texel of the neighbouring face is the one that shares the edge.
-    centre = (2.0 * np.arange(-1, size + 1) + 1.0) / size - 1.0
-    centre[0], centre[-1] = -1.0 - 1e-6, 1.0 + 1e-6
-    face, t, s = np.meshgrid(np.arange(6), centre, centre, indexing="ij")
-    on, s_on, t_on = face_from_direction(direction_from_face(face, s, t))
-    column, row = (np.clip(((c + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for c in (s_on, t_on))
-    table = (chain.offsets[mip_level] + (on * size + row) * size + column).astype(np.int32)
-    table[:, [0, 0, -1, -1], [0, -1, 0, -1]] = MISSING
-    return table
+    faces, rows, columns = chain.level_shape(mip_level)
+    at = np.meshgrid(np.arange(faces), np.arange(-1, rows + 1), np.arange(-1, columns + 1), indexing="ij")
+    face, row, column = chain.parameterization.across_seams(*at, rows)
+    index = chain.offsets[mip_level] + (face * rows + row) * columns + column
+    return np.where(face == NONE, MISSING, index).astype(np.int32)
 
 
 @lru_cache(maxsize=8)
-def padded_index_table(chain: CubeMipChain) -> tuple[Int32[np.ndarray, "entries"], Int32[np.ndarray, "levels"]]:
+def padded_index_table(chain: MipChain) -> tuple[Int32[np.ndarray, "entries"], Int32[np.ndarray, "levels"]]:
     """All levels' `padded_indices` in one flat table, and where each level starts in it. Read-only."""
     levels = [padded_indices(chain, level).ravel() for level in range(chain.level_count)]
     table = np.concatenate(levels)
@@ -42,27 +37,29 @@ def padded_index_table(chain: CubeMipChain) -> tuple[Int32[np.ndarray, "entries"
 
 
 def taps(
-    chain: CubeMipChain, direction: Float[np.ndarray, "n 3"], lod: Float[np.ndarray, "n"]
+    chain: MipChain, direction: Float[np.ndarray, "n 3"], lod: Float[np.ndarray, "n"]
 ) -> tuple[Int[np.ndarray, "n 8"], Float[np.ndarray, "n 8"]]:
     """Indices and weights of the eight texels of each lookup; the weights are at least 0 and add up to 1.
 
     Directions need not be unit vectors. ``lod`` lies in [0, level_count - 1]. A missing corner tap keeps weight 0.
     """
     table, starts = padded_index_table(chain)
-    face, s, t = face_from_direction(direction)
+    face, uv = chain.parameterization.uv_from_direction(direction)
+    aspect = chain.parameterization.aspect
     finer = np.minimum(np.floor(lod).astype(np.int64), max(chain.level_count - 2, 0))
     fraction = lod - finer
     indices, weights = [], []
     for level, level_weight in ((finer, 1.0 - fraction), (np.minimum(finer + 1, chain.level_count - 1), fraction)):
         size = chain.size >> level
-        x, y = (s + 1.0) * 0.5 * size - 0.5, (t + 1.0) * 0.5 * size - 0.5
+        columns = aspect * size
+        x, y = uv[..., 0] * columns - 0.5, uv[..., 1] * size - 0.5
         column, row = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
         # A direction exactly on an edge may round to one texel further than the padding holds.
-        column, row = np.clip(column, -1, size - 1), np.clip(row, -1, size - 1)
+        column, row = np.clip(column, -1, columns - 1), np.clip(row, -1, size - 1)
         fx, fy = x - column, y - row
         index = np.stack(
             [
-                table[starts[level] + (face * (size + 2) + row + dy + 1) * (size + 2) + column + dx + 1]
+                table[starts[level] + (face * (size + 2) + row + dy + 1) * (columns + 2) + column + dx + 1]
                 for dy in (0, 1)
                 for dx in (0, 1)
             ],
@@ -79,7 +76,7 @@ def taps(
 
 
 def sample(
-    chain: CubeMipChain,
+    chain: MipChain,
     texels: Float[np.ndarray, "texels channels"],
     direction: Float[np.ndarray, "n 3"],
     lod: Float[np.ndarray, "n"],

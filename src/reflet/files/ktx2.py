@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float16
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 
@@ -29,15 +29,15 @@ _TEXEL_BYTES = 8  # also the alignment of a level: the least common multiple of 
 class Ktx2Cube:
     """An opened file. ``levels`` are memory maps, finest first: nothing is read until asked."""
 
-    chain: CubeMipChain
+    chain: MipChain
     levels: tuple[Float16[np.ndarray, "6 _ _ 4"], ...]
 
     def texels(self) -> Float16[np.ndarray, "texels 4"]:
-        """All levels as one flat vector in the order of `CubeMipChain`, read from the file."""
+        """All levels as one flat vector in the order of `MipChain`, read from the file."""
         return np.concatenate([level.reshape(-1, 4) for level in self.levels])
 
 
-def write_ktx2(path: Path, chain: CubeMipChain, texels: Float[np.ndarray, "texels channels"]) -> None:
+def write_ktx2(path: Path, chain: MipChain, texels: Float[np.ndarray, "texels channels"]) -> None:
     """Write a cube map with all its mip levels, atomically; equal texels give equal bytes.
 
     ``texels`` have 3 channels (alpha becomes 1) or 4 (premultiplied by alpha, and marked so). Values are clamped to
@@ -91,7 +91,7 @@ def read_ktx2(path: Path) -> Ktx2Cube:
                     f"{path} should hold all mip levels of a square cube whose size is a power of two, "
                     f"not {level_count} of {width}×{height}."
                 )
-            chain = CubeMipChain(width)
+            chain = MipChain(width)
             index = file.read(_LEVEL.size * level_count)
     except OSError as error:
         raise RefletError(f"The map {path} cannot be read: {error.strerror}.") from None

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from scipy.optimize import minimize
 
 from reflet.envmap.geometry import Ellipsoid
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.infer_layer import common_rows, infer_layer, looking_up
 from reflet.infer.product import multiply
 from reflet.infer.rendering_matrix import rendering_matrix
@@ -31,7 +31,7 @@ def fit_local_ellipsoid(
     part: int,
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float,
-    chain: CubeMipChain,
+    chain: MipChain,
 ) -> Ellipsoid:
     """The ellipsoid near ``start`` whose local map of ``part``, inferred at the first view, shows all views best.
 
@@ -70,7 +70,7 @@ def _error(
     part: int,
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float,
-    chain: CubeMipChain,
+    chain: MipChain,
 ) -> float:
     """Squared differences of incident light, compressed as 1 - exp(-b) so that lights do not decide alone."""
     select = looking_up(gbuffer, (part,), on_hull)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from reflet.envmap.geometry import Geometry
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.records import Solution
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings, solve
@@ -32,7 +32,7 @@ def infer_layer(
     layers: SegmentedLayers,
     parts: Sequence[int],
     geometry: Geometry,
-    chain: CubeMipChain,
+    chain: MipChain,
     lod_bias: float,
     *,
     prior: Float[np.ndarray, "texels channels"] | None = None,

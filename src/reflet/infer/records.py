@@ -10,7 +10,7 @@ from jaxtyping import Float32, Int32
 class RenderingMatrix:
     """The sparse matrix A of a picture: row value = Σ weight·texel, in compressed sparse rows.
 
-    Row r holds ``columns[starts[r]:starts[r + 1]]`` (texel indices in the order of `CubeMipChain`, increasing, no
+    Row r holds ``columns[starts[r]:starts[r + 1]]`` (texel indices in the order of `MipChain`, increasing, no
     duplicates) and their ``weights``. Weights are at least 0; a row's weights add up to at most 1, and to 1 where all
     its samples look the map up.
     """

@@ -13,13 +13,11 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit, prange
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import padded_index_table
 
 
-def penalty_gradient(
-    chain: CubeMipChain, d: Float[np.ndarray, "channels texels"]
-) -> Float[np.ndarray, "channels texels"]:
+def penalty_gradient(chain: MipChain, d: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
     """Gᵀ·G·d: half the gradient of the penalty, in float32. Scratch memory: twice the size of ``d``."""
     table, starts = padded_index_table(chain)
     offsets, sizes = np.array(chain.offsets), np.array(chain.level_sizes)
@@ -31,7 +29,7 @@ def penalty_gradient(
     return out
 
 
-def penalty_diagonal(chain: CubeMipChain) -> Float[np.ndarray, "texels"]:
+def penalty_diagonal(chain: MipChain) -> Float[np.ndarray, "texels"]:
     """Diagonal of Gᵀ·G, taking borders for interior: 1 from the level's own detail, and (2·(1/16 + 9/16))² from the
     sixteen texels that the next finer level prolongs from it."""
     diagonal = np.full(chain.texel_count, 1.0 + 1.25**2, np.float32)

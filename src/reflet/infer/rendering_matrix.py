@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from reflet.envmap.compiled_lookup import place, taps_into
 from reflet.envmap.geometry import Geometry, pack
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import padded_index_table
 from reflet.infer.records import RenderingMatrix
 from reflet.scene.gbuffer import GBuffer, Lookups
@@ -23,7 +23,7 @@ _SMALLEST_WEIGHT = 1e-9  # of a row: taps that add less are dropped
 
 def rendering_matrix(
     gbuffer: GBuffer,
-    chain: CubeMipChain,
+    chain: MipChain,
     geometry: Geometry,
     lod_bias: float,
     select: Bool[np.ndarray, "samples"] | None = None,

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numba import njit, prange
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.infer.product import multiply_planar, transpose
 from reflet.infer.records import RenderingMatrix, Solution
 from reflet.infer.regularization import penalty_diagonal, penalty_gradient
@@ -34,7 +34,7 @@ def solve(
     weights: Float[np.ndarray, "rows channels"],
     prior: Float[np.ndarray, "texels channels"],
     upper: Float[np.ndarray, "channels"],
-    chain: CubeMipChain,
+    chain: MipChain,
     settings: SolverSettings = SolverSettings(),
 ) -> Solution:
     """Texels x that minimize Σ weights·(A·x - target)² + regularization·‖G·(x - prior)‖², with 0 ≤ x ≤ ``upper``.
@@ -70,7 +70,7 @@ class _System:
     """The normal equations Aᵀ·W·A + λ·Gᵀ·G + ridge."""
 
     def __init__(
-        self, matrix: RenderingMatrix, weights: Float[np.ndarray, "rows channels"], chain: CubeMipChain, penalty: float
+        self, matrix: RenderingMatrix, weights: Float[np.ndarray, "rows channels"], chain: MipChain, penalty: float
     ) -> None:
         self.matrix, self.transposed, self.chain = matrix, transpose(matrix), chain
         self.weights = np.ascontiguousarray(weights.T, dtype=np.float32)

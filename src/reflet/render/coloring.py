@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float32, Int8, Int32
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 
 COLORS_PER_LEVEL = 6
 COLOR_COUNT = 2 * COLORS_PER_LEVEL
@@ -21,7 +21,7 @@ for _face, _row, _column in np.ndindex(6, 2, 2):
     _PARITIES[_face, _BY_PARITY[_face, _row, _column]] = _row, _column
 
 
-def texel_colors(chain: CubeMipChain) -> Int8[np.ndarray, "texels"]:
+def texel_colors(chain: MipChain) -> Int8[np.ndarray, "texels"]:
     """A colour in 0..11 for each texel; no lookup ever weighs two texels of one colour.
 
     A lookup meets two neighbouring mip levels, of which one is even and one odd: each kind has six colours.
@@ -35,7 +35,7 @@ def texel_colors(chain: CubeMipChain) -> Int8[np.ndarray, "texels"]:
     return out
 
 
-def texel_names(chain: CubeMipChain) -> Float32[np.ndarray, "texels 4"]:
+def texel_names(chain: MipChain) -> Float32[np.ndarray, "texels 4"]:
     """What a test rendering shows of each texel, times its weight: (1, name).
 
     Colour tells the parities of column, row and mip level, so that names hold halves of them; they are centred on zero.
@@ -49,7 +49,7 @@ def texel_names(chain: CubeMipChain) -> Float32[np.ndarray, "texels 4"]:
     return out
 
 
-def texels_from_names(chain: CubeMipChain, color: int, names: Float32[np.ndarray, "n 3"]) -> Int32[np.ndarray, "n"]:
+def texels_from_names(chain: MipChain, color: int, names: Float32[np.ndarray, "n 3"]) -> Int32[np.ndarray, "n"]:
     """Indices of the texels of one colour that have these names, -1 where there is none."""
     half_column, half_row, kind = np.rint(names).astype(np.int64).T
     face, half_level = np.divmod(kind + 20, 8)

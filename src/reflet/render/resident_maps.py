@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import wgpu
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.pem.pem import Layer
 from reflet.render.layouts import LARGEST_BLEND
@@ -23,7 +23,7 @@ class ResidentMaps:
     ) -> None:
         """``memory`` bounds the cube arrays, in bytes; the samples of one blend always find room."""
         self._device, self._layers, self._maps = device, layers, maps
-        bytes_per_slot = sum(8 * CubeMipChain(layer.size).texel_count for layer in layers)
+        bytes_per_slot = sum(8 * MipChain(layer.size).texel_count for layer in layers)
         slots = min(MOST_SLOTS, max(LARGEST_BLEND, memory // max(bytes_per_slot, 1)), len(maps))
         self.arrays = [create_cube_array(device, layer.size, slots) for layer in layers]
         self._free = list(range(slots))

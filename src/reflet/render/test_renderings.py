@@ -14,7 +14,7 @@ import scipy.sparse as sp
 import wgpu
 from jaxtyping import Float32, Int32
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.infer.records import RenderingMatrix
 from reflet.render.coloring import COLOR_COUNT, texel_colors, texel_names, texels_from_names
@@ -57,7 +57,7 @@ def measured_rendering_matrices(
             "not; try a software adapter, such as Mesa's lavapipe."
         )
     chosen = {i: _lookups(renderer, visibility, i) for i, layer in enumerate(pem.layers) if layer.kind == kind}
-    chains = {size: CubeMipChain(size) for size in {layer.size for layer in pem.layers}}
+    chains = {size: MipChain(size) for size in {layer.size for layer in pem.layers}}
     arrays = {size: create_cube_array(device, size, 1, "rgba32float") for size in chains}
     groups = renderer.bind_maps([arrays[layer.size] for layer in pem.layers])
     found: dict[int, list[sp.csr_matrix]] = {i: [] for i in chosen}
@@ -96,7 +96,7 @@ def _lookups(renderer: Renderer, visibility: Visibility, layer_index: int) -> _L
     )
 
 
-def _show_color(device: wgpu.GPUDevice, array: wgpu.GPUTexture, chain: CubeMipChain, color: int) -> None:
+def _show_color(device: wgpu.GPUDevice, array: wgpu.GPUTexture, chain: MipChain, color: int) -> None:
     """Fills slot 0 of a cube array with the names of one colour's texels, zero elsewhere."""
     names = texel_names(chain)
     names[texel_colors(chain) != color] = 0.0
@@ -104,7 +104,7 @@ def _show_color(device: wgpu.GPUDevice, array: wgpu.GPUTexture, chain: CubeMipCh
 
 
 def _read_off(
-    shown: Float32[np.ndarray, "samples 4"], chain: CubeMipChain, color: int
+    shown: Float32[np.ndarray, "samples 4"], chain: MipChain, color: int
 ) -> tuple[Int32[np.ndarray, "entries"], Int32[np.ndarray, "entries"], Float32[np.ndarray, "entries"]]:
     """Which samples show a texel of the present colour, which texel, and its weight."""
     sample = np.flatnonzero(shown[:, 0] > SMALLEST_WEIGHT)

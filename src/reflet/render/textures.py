@@ -6,7 +6,7 @@ import numpy as np
 import wgpu
 from jaxtyping import Float, Shaped
 
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.shaders.link import link
 
@@ -83,7 +83,7 @@ def write_cube(
     device: wgpu.GPUDevice,
     texture: wgpu.GPUTexture,
     slot: int,
-    chain: CubeMipChain,
+    chain: MipChain,
     texels: Float[np.ndarray, "texels 4"],
 ) -> None:
     """Writes one cube with all its mip levels into a cube array; ``texels`` have the texture's own float type."""

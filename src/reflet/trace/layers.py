@@ -47,7 +47,7 @@ class StaticProbe:
     """The environment seen from one point with one object taken away: the static env map and its distances.
 
     ``texels`` hold radiance at all mip levels of a cube (finest traced, the others solid-angle weighted means), ordered
-    as `CubeMipChain` says; ``distance`` is in metres along the unit direction of each finest texel's centre, infinite
+    as `MipChain` says; ``distance`` is in metres along the unit direction of each finest texel's centre, infinite
     where the ray leaves the scene.
     """
 

@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.envmap.cube import AXES, texel_directions, texel_solid_angle
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import StaticProbe
 from reflet.trace.radiance import arrive, leave, radiance
@@ -20,7 +20,7 @@ def static_probe(
     Other objects are seen, and mirror everything, the object taken away included. Rays spread evenly over each texel's
     square on its face.
     """
-    chain = CubeMipChain(size)
+    chain = MipChain(size)
     texels = np.zeros((chain.texel_count, 3), np.float32)
     finest = texels[: chain.offsets[1]]
     step = max(LANES // spp, 1)

@@ -1,0 +1,51 @@
+"""The gazing ball (OpenGL's sphere map): what an orthographic viewer at +z sees in a small mirror ball."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from reflet.envmap.disc import rectangle_in_disc
+from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+
+
+class GazingBall(Parameterization):
+    """(x, y) of the halfway vector h between a direction and +z [Heidrich00, sec. 2.1].
+
+    With h = (d + ẑ)/|d + ẑ|, u = (1 + h.x)/2 and v = (1 - h.y)/2. The whole rim is one direction, -z, and around it the
+    map has next to no resolution along the radius: the map serves viewers near +z, whose mirrored rays seldom go there.
+    By area it is nonetheless even: dω = 4·dA on the unit disc, the azimuthal equal-area projection of Lambert.
+    """
+
+    name = "gazing_ball"
+    kind = 3
+    is_view_dependent = True
+
+    def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
+        """See the class. |h.xy| = sin(θ/2) and h.z = cos(θ/2), θ the angle to +z; -z goes to the rim's right end."""
+        x, y, z = np.moveaxis(direction / np.linalg.norm(direction, axis=-1, keepdims=True), -1, 0)
+        ring = np.hypot(x, y)
+        radius = np.sin(0.5 * np.arctan2(ring, z))
+        at_axis = ring == 0.0
+        safe = np.where(at_axis, 1.0, ring)
+        cosine, sine = np.where(at_axis, 1.0, x / safe), np.where(at_axis, 0.0, y / safe)
+        uv = np.stack([0.5 + 0.5 * radius * cosine, 0.5 - 0.5 * radius * sine], -1)
+        return np.zeros(ring.shape, np.int64), uv
+
+    def direction_from_uv(self, face: Faces, uv: UV) -> tuple[Directions, Bool[np.ndarray, "*batch"]]:
+        """d = 2(h·ẑ)h - ẑ; outside the disc -z, the direction of the rim."""
+        x, y = 2.0 * uv[..., 0] - 1.0, 1.0 - 2.0 * uv[..., 1]
+        radius_squared = x * x + y * y
+        height = np.sqrt(np.maximum(1.0 - radius_squared, 0.0))
+        direction = np.stack([2.0 * height * x, 2.0 * height * y, 2.0 * height * height - 1.0], -1)
+        return direction, radius_squared <= 1.0
+
+    def texel_solid_angle(self, size: int) -> Float[np.ndarray, "1 size size"]:
+        """Four times the texel's area inside the unit disc."""
+        return 4.0 * rectangle_in_disc(size)[None]
+
+    def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
+        """(1/4)/4: the same everywhere; along the radius it falls to 0 at the rim, and rises across."""
+        return np.full(direction.shape[:-1], 1.0 / 16.0)
+
+    def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
+        """The disc touches the border in four points only; there the nearest texel stands for its neighbour."""
+        return face, np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)

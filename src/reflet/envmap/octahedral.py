@@ -1,0 +1,55 @@
+"""The octahedral parameterization: the directions' octahedron, its lower half folded outward into a square."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+
+
+class Octahedral(Parameterization):
+    """p = d/(|x| + |y| + |z|) seen from above: +y in the middle, +x right, +z down, -y in the corners [Engelhardt08].
+
+    Where y < 0 the point (p.x, p.z) is mirrored at the square's diagonal edge of its quadrant: (1 - |p.z|, 1 - |p.x|)
+    with the signs of p.x and p.z.
+    """
+
+    name = "octahedral"
+    kind = 5
+
+    def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
+        """See the class."""
+        x, y, z = np.moveaxis(direction / np.abs(direction).sum(-1, keepdims=True), -1, 0)
+        s = np.where(y >= 0.0, x, np.copysign(1.0 - np.abs(z), x))
+        t = np.where(y >= 0.0, z, np.copysign(1.0 - np.abs(x), z))
+        return np.zeros(s.shape, np.int64), np.stack([0.5 + 0.5 * s, 0.5 + 0.5 * t], -1)
+
+    def direction_from_uv(self, face: Faces, uv: UV) -> tuple[Directions, Bool[np.ndarray, "*batch"]]:
+        """All of the map is valid."""
+        s, t = 2.0 * uv[..., 0] - 1.0, 2.0 * uv[..., 1] - 1.0
+        y = 1.0 - np.abs(s) - np.abs(t)
+        x = np.where(y >= 0.0, s, np.copysign(1.0 - np.abs(t), s))
+        z = np.where(y >= 0.0, t, np.copysign(1.0 - np.abs(s), t))
+        direction = np.stack([x, y, z], -1)
+        return direction / np.linalg.norm(direction, axis=-1, keepdims=True), np.ones(s.shape, bool)
+
+    def texel_solid_angle(self, size: int) -> Float[np.ndarray, "1 size size"]:
+        """Exact: texels, cut where they cross the octahedron's edges, are flat triangles seen from its centre."""
+        raise NotImplementedError
+
+    def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
+        """dA/dω = (1/4)·|p|³, for the faces of the octahedron project onto the square's plane: dω = dA/|p|³."""
+        return np.asarray(0.25 / np.abs(direction).sum(-1) ** 3)
+
+    def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
+        """Each half of an edge meets the other half, mirrored at the edge's middle; see `fold`."""
+        return face, *fold(row, column, size)
+
+
+def fold(row: Faces, column: Faces, size: int) -> tuple[Faces, Faces]:
+    """Rows and columns up to one texel outside an octahedral map, brought inside over its edges."""
+    over = (column < 0) | (column >= size)
+    column = np.where(column < 0, -1 - column, np.where(column >= size, 2 * size - 1 - column, column))
+    row = np.where(over, size - 1 - row, row)
+    over = (row < 0) | (row >= size)
+    row = np.where(row < 0, -1 - row, np.where(row >= size, 2 * size - 1 - row, row))
+    return row, np.where(over, size - 1 - column, column)
