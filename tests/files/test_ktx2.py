@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.errors import RefletError
 from reflet.files.ktx2 import HALF_MAX, read_ktx2, write_ktx2
 
@@ -21,9 +22,10 @@ def texels(chain):
     return (np.arange(chain.texel_count)[:, None] + np.array([0, 0.25, 0.5, 0.75])).astype(np.float32)
 
 
+@pytest.mark.parametrize("laid_out", PARAMETERIZATIONS.values(), ids=str)
 @pytest.mark.parametrize("size", [1, 2, 8])
-def test_round_trip(tmp_path, size):
-    chain = MipChain(size)
+def test_round_trip(tmp_path, size, laid_out):
+    chain = MipChain(size, laid_out)
     texels = np.random.default_rng(1).normal(0, 10, (chain.texel_count, 4)).astype(np.float32)
     write_ktx2(tmp_path / "map.ktx2", chain, texels)
     cube = read_ktx2(tmp_path / "map.ktx2")
@@ -85,7 +87,11 @@ def test_orientation_is_stated(tmp_path, chain, texels):
         pairs[key] = value
         at += 4 + size + -size % 4
     assert at == end
-    assert pairs == {b"KTXorientation": b"rd\0", b"KTXwriter": b"reflet\0"}
+    assert pairs == {
+        b"KTXorientation": b"rd\0",
+        b"KTXwriter": b"reflet\0",
+        b"RefletParameterization": b"cube\0",
+    }
 
 
 def test_radiance_beyond_half_floats_is_clamped(tmp_path):
@@ -121,7 +127,7 @@ def test_truncated_at_any_place_is_one_sentence(tmp_path, chain, texels, kept):
     ("at", "value", "said"),
     [
         (12, 37, "half-float"),
-        (36, 1, "half-float"),
+        (36, 1, "not a cube map"),
         (20, 16, "mip levels"),
         (40, 3, "mip levels"),
         (44, 2, "half-float"),
