@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32
-from scipy.ndimage import map_coordinates
 
 from reflet.errors import RefletError
 from reflet.files.exr import read_exr_layout
 from reflet.files.hdr import read_hdr
+from reflet.files.openexr_layout import latlong_from_openexr
 
 LatLong = Float32[np.ndarray, "height width 3"]
 
@@ -31,7 +31,7 @@ def read_environment(path: str | os.PathLike[str]) -> LatLong:
             raise RefletError(f"{path} holds a cube map; give a lat-long picture instead.")
         if layout == "latlong":
             _check(path, image)
-            image = latlong_from_openexr(image)
+            image = latlong_from_openexr(image).texels[0]
     else:
         raise RefletError(f"{path} is no environment that can be read; give a lat-long .hdr or .exr file.")
     _check(path, image)
@@ -46,18 +46,3 @@ def _check(path: str | os.PathLike[str], image: LatLong) -> None:
         raise RefletError(f"{path} holds radiance that is not finite (NaN or infinite); repair these pixels.")
     if image.min() < 0.0:
         raise RefletError(f"{path} holds negative radiance ({image.min():g}); clip it to zero.")
-
-
-def latlong_from_openexr(image: LatLong) -> LatLong:
-    """Resamples OpenEXR's lat-long layout (its ImfEnvmap.h) bilinearly to the project's.
-
-    There, column c and row r of a W×H picture see longitude atan2(x, z) = π - 2π·c/(W - 1) and latitude
-    π/2 - π·r/(H - 1): the corners are samples, and the first and last column coincide. With φ = atan2(z, x) = π/2 -
-    longitude this is c/(W - 1) = 1/4 + φ/2π = u - 1/4 and r/(H - 1) = v: a quarter turn, not a mirror image.
-    """
-    height, width = image.shape[:2]
-    u = (np.arange(width) + 0.5) / width
-    v = (np.arange(height) + 0.5) / height
-    row, column = np.meshgrid(v * (height - 1), np.mod(u - 0.25, 1.0) * (width - 1), indexing="ij")
-    at = np.stack([row, column])
-    return np.stack([map_coordinates(image[..., c], at, order=1, mode="nearest") for c in range(3)], axis=-1)
