@@ -12,7 +12,9 @@ import click
 from reflet import __version__
 from reflet.cli.bake import bake
 from reflet.cli.compare import compare
+from reflet.cli.convert import convert
 from reflet.cli.info import info
+from reflet.cli.join import join
 from reflet.cli.render import render
 from reflet.cli.verify import verify
 from reflet.cli.view import view
@@ -31,11 +33,18 @@ def commands() -> None:
       reflet render teapot --azimuth 61 -o view.png    draw one view without a window
       reflet compare teapot --figure compare.png       set it beside ray tracing and older methods
 
+    Environment maps of other kinds:
+
+    \b
+      reflet info studio.hdr                           what it holds, with a picture in the terminal
+      reflet convert studio.hdr studio.ktx2 --to cube  from any parameterization and format to any other
+      reflet join front.jpg back.jpg -o room.exr       two fisheye or mirror ball pictures into one map
+
     `reflet VERB --help` explains each verb with examples.
     """
 
 
-for verb in (bake, render, compare, verify, info, view):
+for verb in (bake, render, compare, verify, view, info, convert, join):
     commands.add_command(verb)
 
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
+
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
 pem_argument = click.argument("pem", metavar="PEM", type=click.Path(path_type=Path))
@@ -20,6 +22,10 @@ samples_option = click.option(
     type=click.Choice(["4", "16"]),
     default=None,
     help="Samples a pixel; by default those that the maps were inferred for.",
+)
+PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS))
+from_option = click.option(
+    "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."
 )
 
 

@@ -21,6 +21,7 @@ DUAL_PARABOLOID = DualParaboloid()
 HALF_TURN = np.diag([-1.0, 1.0, -1.0])  # about +y
 MOST_SUBSAMPLES = 16  # along a texel's edge: a picture so much finer than the map is thinned out
 _BLOCK = 1 << 18  # lookups at a time: bounds the memory to some 50 MB beside pictures and map
+WIDEST_BORDER = np.radians(20.0)  # where nothing else is said
 _DARK = 1e-6  # radiance below this says nothing about exposure
 
 
@@ -142,7 +143,8 @@ def join_hemispheres(
     Over the border where both see, alpha falls from 1 to 0, which hides what does not agree; implements [Heidrich00,
     sec. 2.3.2]. Without ``back`` the front one is mirrored at the plane z = 0, as in Figure 6 there. The other
     camera's directions are turned by ``front_from_back``, by default half a turn about +y. The border is ``blend_deg``
-    wide, by default all that both see; where it is wider than that, the colours of a picture's edge go on beyond it.
+    wide, by default all that both see but at most 20 degrees, for what does not agree shows double there; where it is
+    wider than what both see, the colours of a picture's edge go on beyond it.
     ``balance`` multiplies the back picture by the median ratio of the two where both see.
 
     ``size`` is by default that of equal sampling: about as many texels as there are pixels. Texels are means of as many
@@ -186,7 +188,7 @@ class _Joint:
             )
         # Half way between the two edges alpha is 1/2; it changes over the width of the border. Where that is all both
         # see, it is 0 and 1 right on the edges.
-        width = -(beyond_front + beyond_back) if self.blend is None else self.blend
+        width = np.minimum(-(beyond_front + beyond_back), WIDEST_BORDER) if self.blend is None else self.blend
         alpha = 0.5 + (beyond_back - beyond_front) / (2.0 * np.maximum(width, 1e-9))
         alpha = np.clip(alpha, 0.0, 1.0)[:, None]
         out = np.zeros((len(direction), self.front.pixels.shape[2]))

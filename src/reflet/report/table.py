@@ -20,7 +20,7 @@ def comparison_table(comparison: Comparison) -> str:
     for method, words in METHODS.items():
         values = (f"{comparison.result(place, method).psnr_display:.2f}" for place in places)
         table.add_row(words, *values, style="bold" if method == "layered" else None)
-    return _text(table)
+    return table_text(table)
 
 
 def pem_table(pem: ParameterizedEnvironmentMap) -> str:
@@ -47,7 +47,7 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
         table.add_column(heading, justify="right")
     for number, layer in enumerate(pem.layers):
         table.add_row(layer.name, layer.kind, layer.geometry.kind, f"{layer.size}²×6", *_inference(pem, number))
-    return _text(facts) + "\n" + _text(table)
+    return table_text(facts) + "\n" + table_text(table)
 
 
 def _inference(pem: ParameterizedEnvironmentMap, number: int) -> tuple[str, str, str]:
@@ -70,7 +70,8 @@ def _layer_bytes(layer: Layer) -> int:
     return 8 * 6 * (4 * layer.size**2 - 1) // 3
 
 
-def _text(table: Table) -> str:
+def table_text(table: Table) -> str:
+    """The table in 100 columns, without colours."""
     console = Console(file=StringIO(), width=100)
     console.print(table)
     return "\n".join(line.rstrip() for line in console.file.getvalue().rstrip().splitlines())  # type: ignore[attr-defined]

@@ -1,0 +1,88 @@
+"""``reflet join``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import PARAMETERIZATION, Vector
+from reflet.cli.progress import progress_bar
+from reflet.envmap.hemispheres import PROJECTIONS
+
+
+@click.command(short_help="Join two fisheye or mirror ball pictures into one environment map.")
+@click.argument("front", metavar="FRONT", type=click.Path(path_type=Path))
+@click.argument("back", metavar="[BACK]", required=False, type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The map to write.")
+@click.option(
+    "--projection",
+    type=click.Choice(list(PROJECTIONS)),
+    default="equidistant",
+    show_default=True,
+    help="Of the lens, or the mirror's shape.",
+)
+@click.option("--fov", type=float, help="Degrees across the circle; by default 180, for a mirror ball 360.")
+@click.option("--circle", type=Vector(), metavar="X,Y,R", help="Middle and radius of the circle in pixels.")
+@click.option("--back-circle", type=Vector(), metavar="X,Y,R", help="The same in BACK, where it differs.")
+@click.option(
+    "--back-turn",
+    type=Vector(),
+    metavar="YAW,PITCH,ROLL",
+    default=(180.0, 0.0, 0.0),
+    help="How the back camera was turned, in degrees; by default 180,0,0.",
+)
+@click.option(
+    "--blend", type=float, help="Degrees over which one fades into the other; by default all that both see, at most 20."
+)
+@click.option("--balance", is_flag=True, help="Match BACK's exposure to FRONT's where both see.")
+@click.option("--to", type=PARAMETERIZATION, default="dual_paraboloid", show_default=True, help="What to make of them.")
+@click.option("--size", type=int, help="Rows of a face; by default about as many texels as there are pixels.")
+@click.option("--layout", metavar="LAYOUT", help="How the faces of a cube lie in a picture, such as horizontal-cross.")
+def join(
+    front: Path,
+    back: Path | None,
+    output: Path,
+    projection: str,
+    fov: float | None,
+    circle: tuple[float, float, float] | None,
+    back_circle: tuple[float, float, float] | None,
+    back_turn: tuple[float, float, float],
+    blend: float | None,
+    balance: bool,
+    to: str,
+    size: int | None,
+    layout: str | None,
+) -> None:
+    """Joins two round pictures that were taken back to back; alpha between 0 and 1 hides the border.
+
+    The middle of FRONT becomes +z. A mirror is photographed from the side it shows: FRONT from +z. Without BACK, FRONT
+    is mirrored for the other half.
+
+    \b
+    Examples:
+      reflet join front.jpg back.jpg --fov 190 -o room.exr
+      reflet join front.exr back.exr --fov 195 --blend 6 --balance --to latlong -o room.hdr
+      reflet join ball1.hdr ball2.hdr --projection mirror_ball --blend 20 --circle 1024,1030,980 -o probe.exr
+      reflet join sky.jpg -o sky.exr
+    """
+    from reflet.envmap.parameterizations import parameterization
+    from reflet.join import camera_turn
+    from reflet.join import join as join_files
+
+    with progress_bar() as progress:
+        image = join_files(
+            front,
+            back,
+            output,
+            projection=projection,
+            fov_deg=fov,
+            circle=circle,
+            back_circle=back_circle,
+            front_from_back=camera_turn(*back_turn),
+            blend_deg=blend,
+            balance=balance,
+            to=parameterization(to),
+            size=size,
+            layout=layout,
+            progress=progress,
+        )
+    click.echo(f"{output} is written: {image.parameterization}, {image.size} rows a face.")
