@@ -1,4 +1,4 @@
-// Reflection and Fresnel (CONVENTIONS.md, "Surfaces").
+// Reflection (CONVENTIONS.md, "Surfaces").
 
 const GRAZING = 0.001;
 
@@ -10,11 +10,4 @@ fn mirrored(ray: vec3f, n: vec3f, ng: vec3f) -> vec3f {
     return normalize(r + (GRAZING - height) * ng);
   }
   return r;
-}
-
-// [Schlick94]
-fn fresnel_schlick(f0: vec3f, n_dot_v: f32) -> vec3f {
-  let c = 1.0 - clamp(n_dot_v, 0.0, 1.0);
-  let c2 = c * c;
-  return f0 + (1.0 - f0) * (c2 * c2 * c);
 }

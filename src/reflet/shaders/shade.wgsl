@@ -1,3 +1,4 @@
+#import fresnel
 #import pem
 #import irradiance
 
