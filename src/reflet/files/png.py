@@ -1,15 +1,22 @@
-"""8-bit pictures: PNG for the eye, and whatever textures come as."""
+"""sRGB pictures: PNG for the eye, whatever textures come as, and environments that were photographed once."""
 
 import io
 import os
+from functools import cache
 from pathlib import Path
 
+import imagecodecs
 import numpy as np
-from jaxtyping import UInt8
-from PIL import Image
+from jaxtyping import Float32, UInt8, UInt16
+from PIL import Image, ImageOps
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
+
+LARGEST_PICTURE = 2**28  # pixels of 16-bit pictures; of others it is Pillow's to say
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_DEFLATE_LIMIT = 1032  # no byte of a PNG file can stand for more than this many
 
 
 def write_png(path: str | os.PathLike[str], image_srgb: UInt8[np.ndarray, "height width channels"]) -> None:
@@ -40,3 +47,54 @@ def read_picture(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height widt
     except OSError as error:
         raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
     return decode_picture(data, str(path))
+
+
+def read_linear_picture(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width channels"]:
+    """Linear radiance of a PNG, JPEG or WebP file: 3 channels, or 4 where it has alpha; sRGB white is radiance 1.
+
+    All of the 16 bits of such PNG files count. A photograph is turned as its Exif orientation says. Raises RefletError
+    where the file is missing or cannot be decoded.
+    """
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+    # Pillow reads the signature, then length and name of IHDR; its bit depth follows two 4-byte sizes
+    if data.startswith(_PNG) and data[24:25] == b"\x10":
+        return _linear(_sixteen_bits(path, data))
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            upright = ImageOps.exif_transpose(image)
+            has_alpha = "A" in upright.getbands() or "transparency" in upright.info
+            return _linear(np.asarray(upright.convert("RGBA" if has_alpha else "RGB")))
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
+
+
+def _sixteen_bits(path: str | os.PathLike[str], data: bytes) -> UInt16[np.ndarray, "height width channels"]:
+    """RGB or RGBA of a 16-bit PNG file, of which Pillow would give the upper 8 bits."""
+    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
+    if width * height > min(LARGEST_PICTURE, len(data) * _DEFLATE_LIMIT):
+        raise RefletError(f"{path} is truncated or damaged: {len(data)} bytes hold no {width}×{height} pixels.")
+    try:
+        pixels = imagecodecs.png_decode(data)
+    except (RuntimeError, ValueError, MemoryError) as error:
+        raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
+    pixels = pixels if pixels.ndim == 3 else pixels[..., None]
+    return pixels if pixels.shape[2] >= 3 else np.concatenate([pixels[..., :1]] * 3 + [pixels[..., 1:]], -1)
+
+
+def _linear(encoded: UInt8[np.ndarray, "h w c"] | UInt16[np.ndarray, "h w c"]) -> Float32[np.ndarray, "h w c"]:
+    """Colours decoded from sRGB, alpha as it is."""
+    linear = _linear_from_srgb(np.iinfo(encoded.dtype).max)[encoded]
+    linear[..., 3:] = encoded[..., 3:] / np.float32(np.iinfo(encoded.dtype).max)
+    return linear
+
+
+@cache
+def _linear_from_srgb(highest: int) -> Float32[np.ndarray, "codes"]:
+    """What each code from 0 to ``highest`` stands for [IEC 61966-2-1]."""
+    encoded = np.arange(highest + 1) / highest
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear.setflags(write=False)
+    return linear
