@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_sampling import equal_sampling_size, texels_over_sphere
 from reflet.envmap.mip_reduction import mip_images
