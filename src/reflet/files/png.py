@@ -5,7 +5,6 @@ import os
 from functools import cache
 from pathlib import Path
 
-import imagecodecs
 import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
 from PIL import Image, ImageOps
@@ -76,6 +75,8 @@ def _sixteen_bits(path: str | os.PathLike[str], data: bytes) -> UInt16[np.ndarra
     width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
     if width * height > min(LARGEST_PICTURE, len(data) * _DEFLATE_LIMIT):
         raise RefletError(f"{path} is truncated or damaged: {len(data)} bytes hold no {width}×{height} pixels.")
+    import imagecodecs  # takes 0.4 s to import, and few pictures need it
+
     try:
         pixels = imagecodecs.png_decode(data)
     except (RuntimeError, ValueError, MemoryError) as error:
