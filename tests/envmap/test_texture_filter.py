@@ -97,7 +97,7 @@ def test_compiled_taps_are_the_same() -> None:
     table, starts = padded_index_table(chain)
     index, weight = np.empty(8, np.int32), np.empty(8)
     for k in range(2000):
-        taps_into(index, weight, table, starts, 32, 6, int(face[k]), float(s[k]), float(t[k]), float(lod[k]))
+        taps_into(index, weight, table, starts, 1, 32, 6, int(face[k]), 0.5 + 0.5 * s[k], 0.5 + 0.5 * t[k], float(lod[k]))
         used = weight > 0
         assert np.array_equal(index[used], indices[k][used])
         assert np.abs(weight - weights[k]).max() < 1e-12  # the same float64 operations up to their order

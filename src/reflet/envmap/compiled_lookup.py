@@ -9,10 +9,9 @@ from math import floor, log2, sqrt
 import numpy as np
 from numba import njit
 
-from reflet.envmap.cube import AXES
+from reflet.envmap.compiled_parameterization import CUBE, face_of, point_of, project, rate_at
 from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, LEAST_HALF_CHORD
 
-_AXES = np.ascontiguousarray(AXES)
 _SMALL = 1e-12
 _LEAST_SQUARE = LEAST_HALF_CHORD**2
 _SMALLEST_RHO = 1e-6
@@ -51,65 +50,65 @@ def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def face_of(x, y, z):  # type: ignore[no-untyped-def]
-    """Index of the cube face that a direction meets."""
-    if abs(x) >= abs(y) and abs(x) >= abs(z):
-        return 0 if x >= 0.0 else 1
-    if abs(y) >= abs(z):
-        return 2 if y >= 0.0 else 3
-    return 4 if z >= 0.0 else 5
-
-
-@njit(cache=True, error_model="numpy")
-def project(face, x, y, z):  # type: ignore[no-untyped-def]
-    """(s, t) of a direction on the plane of a face, and whether it points to the plane's side at all."""
-    axes = _AXES[face]
-    major = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
-    scale = 1.0 / major if major > 0.0 else 0.0
-    s = (x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]) * scale
-    t = (x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]) * scale
-    return s, t, major > 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def place(g, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
-    """(face, s, t, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each)."""
-    x, y, z = lookup_direction(
-        g, position[0, k, 0], position[0, k, 1], position[0, k, 2],
-        direction[0, k, 0], direction[0, k, 1], direction[0, k, 2],
+def _met(g, position, direction, j, k):  # type: ignore[no-untyped-def]
+    return lookup_direction(
+        g, position[j, k, 0], position[j, k, 1], position[j, k, 2],
+        direction[j, k, 0], direction[j, k, 1], direction[j, k, 2],
     )  # fmt: skip
-    face = face_of(x, y, z)
-    s, t, _ = project(face, x, y, z)
-    furthest = 0.0
-    for j in range(1, 3):
-        x, y, z = lookup_direction(
-            g, position[j, k, 0], position[j, k, 1], position[j, k, 2],
-            direction[j, k, 0], direction[j, k, 1], direction[j, k, 2],
-        )  # fmt: skip
-        s_next, t_next, ahead = project(face, x, y, z)
-        distance = (s_next - s) ** 2 + (t_next - t) ** 2
-        furthest = max(furthest, distance if ahead else np.inf)
-    rho = max(sqrt(furthest) * 0.5 * size, _SMALLEST_RHO)
-    coarsest = log2(size)
-    return face, s, t, min(max(log2(rho) + lod_bias, 0.0), coarsest)
 
 
 @njit(cache=True, error_model="numpy")
-def taps_into(indices, weights, table, starts, size, level_count, face, s, t, lod):  # type: ignore[no-untyped-def]
-    """Writes the eight texel indices and weights of one lookup; ``table`` and ``starts`` from `padded_index_table`."""
+def place(kind, g, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
+    """(face, u, v, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each).
+
+    ``kind`` is the parameterization's, ``g`` the packed geometry, ``size`` the map's rows at its finest level.
+    """
+    x, y, z = _met(g, position, direction, 0, k)
+    furthest = 0.0  # squared distance of a neighbour, in texels
+    if kind == CUBE:
+        face = face_of(x, y, z)
+        s, t, _ = project(face, x, y, z)
+        u, v = 0.5 + 0.5 * s, 0.5 + 0.5 * t
+        for j in range(1, 3):
+            x, y, z = _met(g, position, direction, j, k)
+            s_next, t_next, ahead = project(face, x, y, z)
+            distance = (s_next - s) ** 2 + (t_next - t) ** 2
+            furthest = max(furthest, distance if ahead else np.inf)
+        furthest *= 0.25 * size * size
+    else:
+        face, u, v = point_of(kind, x, y, z)
+        scale = 1.0 / sqrt(x * x + y * y + z * z)
+        x, y, z = x * scale, y * scale, z * scale
+        for j in range(1, 3):
+            a, b, c = _met(g, position, direction, j, k)
+            scale = 1.0 / sqrt(a * a + b * b + c * c)
+            furthest = max(furthest, (a * scale - x) ** 2 + (b * scale - y) ** 2 + (c * scale - z) ** 2)
+        furthest *= rate_at(kind, x, y, z) * size * size
+    rho = max(sqrt(furthest), _SMALLEST_RHO)
+    return face, u, v, min(max(log2(rho) + lod_bias, 0.0), log2(size))
+
+
+@njit(cache=True, error_model="numpy")
+def taps_into(indices, weights, table, starts, aspect, size, level_count, face, u, v, lod):  # type: ignore[no-untyped-def]
+    """Writes the eight texel indices and weights of one lookup; ``table`` and ``starts`` from `padded_index_table`.
+
+    ``aspect`` is the parameterization's: columns over rows.
+    """
     finer = min(floor(lod), max(level_count - 2, 0))
     fraction = lod - finer
     for k in range(2):
         level = min(finer + k, level_count - 1)
         level_weight = fraction if k else 1.0 - fraction
-        n = size >> level
-        x, y = (s + 1.0) * 0.5 * n - 0.5, (t + 1.0) * 0.5 * n - 0.5
-        column, row = min(max(floor(x), -1), n - 1), min(max(floor(y), -1), n - 1)
+        rows = size >> level
+        columns = aspect * rows
+        x, y = u * columns - 0.5, v * rows - 0.5
+        column, row = min(max(floor(x), -1), columns - 1), min(max(floor(y), -1), rows - 1)
         fx, fy = x - column, y - row
-        at = starts[level] + (face * (n + 2) + row + 1) * (n + 2) + column + 1
+        width = columns + 2
+        at = starts[level] + (face * (rows + 2) + row + 1) * width + column + 1
         first = 4 * k
         indices[first], indices[first + 1] = table[at], table[at + 1]
-        indices[first + 2], indices[first + 3] = table[at + n + 2], table[at + n + 3]
+        indices[first + 2], indices[first + 3] = table[at + width], table[at + width + 1]
         weights[first], weights[first + 1] = (1.0 - fx) * (1.0 - fy) * level_weight, fx * (1.0 - fy) * level_weight
         weights[first + 2], weights[first + 3] = (1.0 - fx) * fy * level_weight, fx * fy * level_weight
         for missing in range(first, first + 4):

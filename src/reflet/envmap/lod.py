@@ -3,8 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.cube import AXES, face_from_direction
+from reflet.envmap.cube import AXES, CUBE, face_from_direction
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
 
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 
@@ -12,19 +13,42 @@ _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 def lod_from_neighbours(
     chain: MipChain, direction: Float[np.ndarray, "3 n 3"], lod_bias: float
 ) -> Float[np.ndarray, "n"]:
-    """LOD of lookups in [0, level_count - 1] from three directions each, of any length.
+    """LOD of lookups in [0, level_count - 1] from three directions each, of any length but zero.
 
-    The first is the lookup itself, the others those of its neighbours to the right and down. All are projected on the
-    face that the first meets; rho is the larger distance, in texels of the finest level. A neighbour behind the face
-    plane counts as infinitely far.
+    The first is the lookup itself, the others those of its neighbours to the right and down. rho is the distance to the
+    farther of them, in texels of the finest level around the lookup.
+    """
+    if chain.parameterization == CUBE:
+        rho = _distance_on_face(direction) * (0.5 * chain.size)
+    else:
+        rho = _distance_on_sphere(chain.parameterization, direction) * chain.size
+    return np.clip(np.log2(np.maximum(rho, _SMALLEST_RHO)) + lod_bias, 0.0, chain.level_count - 1.0)
+
+
+def _distance_on_face(direction: Float[np.ndarray, "3 n 3"]) -> Float[np.ndarray, "n"]:
+    """In units of (s, t): all three are projected on the face that the first meets.
+
+    A neighbour behind the face plane counts as infinitely far.
     """
     face, s, t = face_from_direction(direction[0])
-    rho = np.zeros(face.shape)
+    furthest = np.zeros(face.shape)
     for neighbour in direction[1:]:
         major, a, b = np.moveaxis(np.einsum("nkj,nj->nk", AXES[face], neighbour), -1, 0)
         ahead = major > 0.0
         safe = np.where(ahead, major, 1.0)
         distance = np.hypot(a / safe - s, b / safe - t)
-        rho = np.maximum(rho, np.where(ahead, distance, np.inf))
-    rho = np.maximum(rho * (0.5 * chain.size), _SMALLEST_RHO)
-    return np.clip(np.log2(rho) + lod_bias, 0.0, chain.level_count - 1.0)
+        furthest = np.maximum(furthest, np.where(ahead, distance, np.inf))
+    return furthest
+
+
+def _distance_on_sphere(
+    parameterization: Parameterization, direction: Float[np.ndarray, "3 n 3"]
+) -> Float[np.ndarray, "n"]:
+    """In texels of a map of size 1: the chord times the root of the texels a steradian there.
+
+    Nothing of the map's layout comes in, so that the LOD has no seams; texels longer one way than the other count
+    as square.
+    """
+    unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    chord = np.linalg.norm(unit[1:] - unit[0], axis=-1).max(0)
+    return np.asarray(chord * np.sqrt(parameterization.sampling_rate(unit[0])))

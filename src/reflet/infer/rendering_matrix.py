@@ -45,8 +45,9 @@ def rendering_matrix(
     columns, weights = np.empty(8 * len(scale), np.int32), np.empty(8 * len(scale), np.float32)
     counts = np.zeros(len(row_starts) - 1, np.int64)
     _merge_rows(
-        blocks, row_starts, scale, lookups.position, lookups.direction, pack(geometry).astype(np.float64), chain.size,
-        chain.level_count, float(lod_bias), table, table_starts, columns, weights, counts,
+        blocks, row_starts, scale, lookups.position, lookups.direction, pack(geometry).astype(np.float64),
+        chain.parameterization.kind, chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias),
+        table, table_starts, columns, weights, counts,
     )  # fmt: skip
     starts = np.concatenate([[0], np.cumsum(counts)])
     kept_columns, kept_weights = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
@@ -76,8 +77,8 @@ def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows_and_one"
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _merge_rows(
-    blocks, row_starts, scale, position, direction, geometry, size, level_count, lod_bias, table, table_starts,
-    columns, weights, counts,
+    blocks, row_starts, scale, position, direction, geometry, kind, aspect, size, level_count, lod_bias, table,
+    table_starts, columns, weights, counts,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     longest = 0
     for row in range(len(row_starts) - 1):
@@ -96,8 +97,8 @@ def _merge_rows(
             for k in range(row_starts[row], row_starts[row + 1]):
                 if scale[k] == 0.0:
                     continue
-                face, s, t, lod = place(geometry, position, direction, size, lod_bias, k)
-                taps_into(tap, tap_weight, table, table_starts, size, level_count, face, s, t, lod)
+                face, u, v, lod = place(kind, geometry, position, direction, size, lod_bias, k)
+                taps_into(tap, tap_weight, table, table_starts, aspect, size, level_count, face, u, v, lod)
                 for j in range(8):
                     slot = (tap[j] * 0x9E3779B1) & (slots - 1)
                     while key[slot] != tap[j]:
