@@ -1,0 +1,37 @@
+#import map_lookup
+
+// Bind group 1 of programs that look up a plain env map, at infinity. The host's side is `reflet.render.env_map_texture`.
+//
+//   binding  resource                     stages     contents
+//   0        uniform EnvMap, 64 bytes     fragment
+//   1        texture_2d_array<f32>        fragment   the faces with all mip levels; read by loads, any float format
+//   2        texture_cube<f32>            fragment   the same where the map is a cube that the hardware can filter
+//   3        filtering sampler            fragment
+
+struct EnvMap {
+  map_from_world: mat3x3f,  // a rotation
+  size: f32,                // rows of a face at level 0
+  max_lod: f32,
+  lod_bias: f32,
+  padding: f32,
+}
+
+// The map's parameterization, and whether binding 2 serves.
+override KIND: u32 = 0u;
+override BY_HARDWARE: bool = false;
+
+@group(1) @binding(0) var<uniform> env_map: EnvMap;
+@group(1) @binding(1) var maps: texture_2d_array<f32>;
+@group(1) @binding(2) var cube: texture_cube<f32>;
+@group(1) @binding(3) var cube_sampler: sampler;
+
+// What the map holds in a direction of the world, where the neighbouring pixels look up dx and dy. All of any length.
+fn env_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
+  let rotation = env_map.map_from_world;
+  let at = rotation * d;
+  let lod = map_lod(KIND, at, rotation * dx, rotation * dy, env_map.size, env_map.lod_bias, env_map.max_lod);
+  if (BY_HARDWARE) {
+    return textureSampleLevel(cube, cube_sampler, at, lod);
+  }
+  return sample_map(KIND, maps, 0, at, lod);
+}
