@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Shaped
 
+from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import MISSING, padded_indices
 
@@ -23,8 +24,15 @@ def mip_levels_from_finest(
     flux = finest * weight
     for level in range(1, chain.level_count):
         flux, weight = _sum_of_four(flux), _sum_of_four(weight)
-        chain.level(texels, level)[...] = flux / weight
+        chain.level(texels, level)[...] = flux / np.maximum(weight, 1e-30)
     return texels
+
+
+def mip_images(image: EnvImage) -> tuple[EnvImage, ...]:
+    """The image and all its coarser mip levels, finest first. Raises RefletError if its size is no power of two."""
+    chain = MipChain(image.size, image.parameterization)
+    texels = mip_levels_from_finest(chain, image.texels)
+    return tuple(EnvImage(image.parameterization, chain.level(texels, level)) for level in range(chain.level_count))
 
 
 def _sum_of_four(fine: np.ndarray) -> np.ndarray:
