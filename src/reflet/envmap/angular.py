@@ -3,10 +3,10 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.disc import corner_arcs, texels_from_corners
+from reflet.envmap.disc import corner_arcs, over_the_rim, texels_from_corners
 from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
 
-_POINTS = 32  # of the quadrature along the edges of a quadrant: exact to rounding, the integrand is smooth
+_POINTS = 12  # of the quadrature from a quadrant's edge to its other end: exact to rounding
 _POLE = 1e-3  # sines below this are taken as this: keeps the sampling rate finite behind
 
 
@@ -42,18 +42,18 @@ class Angular(Parameterization):
     def texel_solid_angle(self, size: int) -> Float[np.ndarray, "1 size size"]:
         """∮(1 - cos πr)·dφ around the texel's part inside the disc; dω = sin θ·dθ·dφ, θ = πr.
 
-        There is no closed form along straight edges: Gauss-Legendre quadrature in the angle φ, where the edge at
-        distance x has r = x/cos φ. On the arc the integrand is 2.
+        On the arc the integrand is 2. Along straight edges there is no closed form: with dφ = x·dy/r² on the edge at x,
+        it is x·(1 - cos πr)/r²·dy, an entire function of r² = x² + y², which Gauss-Legendre quadrature in y integrates
+        to rounding.
         """
-        x, y, x_end, y_end, arc = corner_arcs(size)
-        node, weight = np.polynomial.legendre.leggauss(_POINTS)
-
-        def edge(distance: np.ndarray, length: np.ndarray) -> np.ndarray:
-            half = 0.5 * np.arctan2(length, distance)
-            radius = distance[..., None] / np.cos(half[..., None] * (1.0 + node))
-            return ((1.0 - np.cos(np.pi * radius)) @ weight) * half
-
-        return texels_from_corners(edge(x, y_end) + edge(y, x_end) + 2.0 * arc)[None]
+        x, _, _, y_end, arc = corner_arcs(size)
+        edge = np.zeros(x.shape)
+        for node, weight in zip(*np.polynomial.legendre.leggauss(_POINTS), strict=True):
+            radius = np.hypot(x, 0.5 * (1.0 + node) * y_end)
+            # (1 - cos πr)/r² = π²/2·(sin(πr/2)/(πr/2))²
+            edge += weight * np.sinc(0.5 * radius) ** 2
+        edge *= 0.25 * np.pi**2 * x * y_end
+        return texels_from_corners(edge + edge.T + 2.0 * arc, size)[None]
 
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """dA/dω = (1/4)·r·dr/(sin θ·dθ) = θ/(4π²·sin θ)."""
@@ -62,5 +62,5 @@ class Angular(Parameterization):
         return np.asarray(np.where(theta < _POLE, 1.0, theta / np.maximum(ring, _POLE)) / (4.0 * np.pi**2))
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
-        """The disc touches the border in four points only; there the nearest texel stands for its neighbour."""
-        return face, np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
+        """The whole rim is +z: the neighbour lies on the other side of the disc."""
+        return face, *over_the_rim(row, column, size)

@@ -47,7 +47,7 @@ class DualParaboloid(Parameterization):
             root = np.sqrt(1.0 + distance * distance)
             return 2.0 * distance / root * np.arctan(length / root)
 
-        texels = texels_from_corners(edge(x, y_end) + edge(y, x_end) + arc)
+        texels = texels_from_corners(edge(x, y_end) + edge(y, x_end) + arc, size)
         return np.broadcast_to(texels, (2, size, size))
 
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:

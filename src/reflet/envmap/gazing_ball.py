@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.disc import rectangle_in_disc
+from reflet.envmap.disc import over_the_rim, rectangle_in_disc
 from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
 
 
@@ -47,5 +47,5 @@ class GazingBall(Parameterization):
         return np.full(direction.shape[:-1], 1.0 / 16.0)
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
-        """The disc touches the border in four points only; there the nearest texel stands for its neighbour."""
-        return face, np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
+        """The whole rim is -z: the neighbour lies on the other side of the disc."""
+        return face, *over_the_rim(row, column, size)

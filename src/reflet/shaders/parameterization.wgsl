@@ -229,7 +229,10 @@ fn across_seams(kind: u32, face: i32, texel: vec2i, size: i32) -> vec3i {
       return vec3i(clamp(inverse, vec2i(0), extent - 1), 1 - face);
     }
     case GAZING_BALL, ANGULAR: {
-      return vec3i(clamp(texel, vec2i(0), extent - 1), face);
+      // The whole rim is one direction: a path that leaves the disc at radius r comes back on the other side, at 2 - r.
+      let p = (2.0 * vec2f(texel) + 1.0) / f32(size) - 1.0;
+      let back = vec2i(floor((p * (1.0 - 2.0 / length(p)) + 1.0) * (0.5 * f32(size))));
+      return vec3i(clamp(back, vec2i(0), extent - 1), face);
     }
     case OCTAHEDRAL, EQUAL_AREA_OCTAHEDRAL: {
       // Each edge meets itself, turned about its middle.
