@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import wgpu
@@ -51,34 +52,44 @@ class MirrorPrograms:
         uniform = {"binding": 0, "visibility": wgpu.ShaderStage.FRAGMENT, "buffer": {"type": "uniform"}}
         self._material_layout = device.create_bind_group_layout(entries=[uniform])
         groups = [self.view_layout, self.map_layout, self._material_layout]
-        self._layouts = {
-            "picture": device.create_pipeline_layout(bind_group_layouts=groups),
-            "backdrop": device.create_pipeline_layout(bind_group_layouts=groups[:2]),
-        }
-        self._module = device.create_shader_module(code=link("env_map_picture.wgsl"))
+        self._layout = device.create_pipeline_layout(bind_group_layouts=groups)
+        self._module = device.create_shader_module(code=link("mirror_picture.wgsl"))
         self._pipelines: dict[tuple[str, int, bool], wgpu.GPURenderPipeline] = {}
 
-    def pipeline(self, what: str, env_map: EnvMapTexture) -> wgpu.GPURenderPipeline:
-        """Draws the "picture" of a mesh or the "backdrop"; built for the map's parameterization."""
-        kind, by_hardware = env_map.parameterization.kind, env_map.by_hardware
-        if (what, kind, by_hardware) not in self._pipelines:
-            self._pipelines[what, kind, by_hardware] = self._device.create_render_pipeline(
-                layout=self._layouts[what],
+    def draw(
+        self, render_pass: wgpu.GPURenderPassEncoder, env_map: EnvMapTexture, mesh: DeviceMesh, instance: int = 0
+    ) -> None:
+        """Draws a mesh; its three bind groups are set."""
+        render_pass.set_pipeline(self._pipeline("mesh", env_map))
+        mesh.draw(render_pass, instance)
+
+    def draw_backdrop(self, render_pass: wgpu.GPURenderPassEncoder, env_map: EnvMapTexture) -> None:
+        """Draws the map behind everything; the first two bind groups are set, and the third where meshes were drawn."""
+        render_pass.set_pipeline(self._pipeline("backdrop", env_map))
+        render_pass.draw(3)
+
+    def _pipeline(self, what: Literal["mesh", "backdrop"], env_map: EnvMapTexture) -> wgpu.GPURenderPipeline:
+        """Built for the map's parameterization."""
+        key = what, env_map.parameterization.kind, env_map.by_hardware
+        if key not in self._pipelines:
+            mesh = what == "mesh"
+            self._pipelines[key] = self._device.create_render_pipeline(
+                layout=self._layout,
                 vertex={
                     "module": self._module,
-                    "entry_point": f"vertex_env_map_{what}",
-                    "buffers": VERTEX_BUFFERS if what == "picture" else [],
+                    "entry_point": "vertex_mirror" if mesh else "vertex_backdrop",
+                    "buffers": VERTEX_BUFFERS if mesh else [],
                 },
                 primitive={"topology": "triangle-list"},
-                depth_stencil=depth_state(backdrop=what == "backdrop"),
+                depth_stencil=depth_state(backdrop=not mesh),
                 fragment={
                     "module": self._module,
-                    "entry_point": f"env_map_{what}",
-                    "constants": {"KIND": kind, "BY_HARDWARE": int(by_hardware)},
+                    "entry_point": f"mirror_{what}",
+                    "constants": {"KIND": key[1], "BY_HARDWARE": int(key[2])},
                     "targets": [{"format": self._format}],
                 },
             )
-        return self._pipelines[what, kind, by_hardware]
+        return self._pipelines[key]
 
     def map_group(self, env_map: EnvMapTexture, map_from_world: Rotation | None = None) -> wgpu.GPUBindGroup:
         """Bind group 1."""
@@ -130,11 +141,9 @@ class EnvMapRenderer:
         render_pass.set_bind_group(0, self._views.groups[0])
         render_pass.set_bind_group(1, group)
         render_pass.set_bind_group(2, self._material)
-        render_pass.set_pipeline(self._programs.pipeline("picture", env_map))
-        self._mesh.draw(render_pass)
+        self._programs.draw(render_pass, env_map, self._mesh)
         if backdrop:
-            render_pass.set_pipeline(self._programs.pipeline("backdrop", env_map))
-            render_pass.draw(3)
+            self._programs.draw_backdrop(render_pass, env_map)
         render_pass.end()
         self.device.queue.submit([encoder.finish()])
         samples_of = target.read().reshape(camera.height, per_axis, camera.width, per_axis, 4)

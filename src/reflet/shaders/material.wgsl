@@ -1,4 +1,4 @@
-// Bind group 2 of `env_map_picture`: what a surface makes of the radiance that reaches it.
+// Bind group 2 of `mirror_picture`: what a surface makes of the radiance that reaches it.
 
 struct Material {
   reflectance: vec3f,  // of a mirror, the same at all angles

@@ -13,13 +13,13 @@ struct Mirror {
 }
 
 @vertex
-fn vertex_env_map_picture(in: Vertex, @builtin(instance_index) instance: u32) -> Mirror {
+fn vertex_mirror(in: Vertex, @builtin(instance_index) instance: u32) -> Mirror {
   let world = placed(in, instance);
   return Mirror(view.clip_from_world * vec4f(world.position, 1.0), world.position, world.normal);
 }
 
 @fragment
-fn env_map_picture(in: Mirror, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+fn mirror_mesh(in: Mirror, @builtin(front_facing) front: bool) -> @location(0) vec4f {
   let ray = normalize(in.p - view.eye);
   let across = cross(dpdx(in.p), dpdy(in.p));  // the triangle's own normal, up to sign
   let ng = normalize(select(across, -across, dot(across, ray) > 0.0));
@@ -29,16 +29,16 @@ fn env_map_picture(in: Mirror, @builtin(front_facing) front: bool) -> @location(
   // triangle's edge the others' are extrapolated. That may move the LOD by a fraction of a level. A map whose levels are
   // filtered copies of each other hardly shows it; a PEM's are not, which is why its LOD has a rule of its own.
   let incident = env_radiance(r, r + dpdx(r), r + dpdy(r));
-  return select(vec4f(0.0, 0.0, 0.0, 1.0), vec4f(reflected(incident.rgb, n, -ray), 1.0), front);
+  return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front), 1.0);
 }
 
 @vertex
-fn vertex_env_map_backdrop(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+fn vertex_backdrop(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
   return far_corner(vertex);
 }
 
 @fragment
-fn env_map_backdrop(@builtin(position) position: vec4f) -> @location(0) vec4f {
+fn mirror_backdrop(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let at = position.xy;
   let ray = view_ray(at);
   let radiance = env_radiance(ray, view_ray(at + vec2f(1.0, 0.0)), view_ray(at + vec2f(0.0, 1.0)));
