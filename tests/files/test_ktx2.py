@@ -126,13 +126,18 @@ def test_truncated_at_any_place_is_one_sentence(tmp_path, chain, texels, kept):
 @pytest.mark.parametrize(
     ("at", "value", "said"),
     [
-        (12, 37, "half-float"),
-        (36, 1, "not a cube map"),
-        (20, 16, "mip levels"),
-        (40, 3, "mip levels"),
-        (44, 2, "half-float"),
+        (12, 38, "VkFormat 38"),
+        (12, 109, "truncated or damaged"),
+        (36, 1, "truncated or damaged"),
+        (36, 3, "3 faces"),
+        (20, 16, "16×8×0 texels"),
+        (40, 3, "all mip levels"),
+        (40, 9, "9 mip levels"),
+        (44, 1, "BasisLZ"),
+        (44, 2, "truncated or damaged"),
+        (44, 9, "unknown scheme 9"),
     ],
-)  # another format, one face, not square, a level missing, compressed
+)
 def test_other_forms_are_refused(tmp_path, chain, texels, at, value, said):
     write_ktx2(tmp_path / "map.ktx2", chain, texels)
     data = bytearray((tmp_path / "map.ktx2").read_bytes())
