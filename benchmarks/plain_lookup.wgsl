@@ -29,7 +29,7 @@ fn vertex_single(@builtin(vertex_index) vertex: u32, @builtin(instance_index) su
 @fragment
 fn picture_single(in: Plain) -> @location(0) vec4f {
   let mirrored = reflect(normalize(in.position - frame.eye), normalize(in.normal));
-  return vec4f(textureSample(distant_maps, map_sampler, mirrored, i32(frame.blend[0].y)).rgb, 1.0);
+  return vec4f(textureSample(distant_cubes, cube_sampler, mirrored, i32(frame.blend[0].y)).rgb, 1.0);
 }
 
 // Backs are black, as in picture.wgsl.

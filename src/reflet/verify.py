@@ -6,12 +6,10 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sp
 
-from reflet.envmap.mip_chain import MipChain
 from reflet.infer.records import RenderingMatrix
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.progress import ProgressCallback, silent
-from reflet.render.coloring import COLOR_COUNT
 from reflet.render.device import adapter_name, filters_exactly
 from reflet.render.renderer import Renderer
 from reflet.render.test_renderings import measured_rendering_matrices
@@ -74,14 +72,18 @@ def verify(
     part_of_sample = gbuffer.row_part[gbuffer.row_of_sample]
     worst, drawn = 0.0, 0
     for kind in sorted({layer.kind for layer in pem.layers}):
-        measured = measured_rendering_matrices(renderer, common, kind, partial(progress, f"{kind} test renderings"))
-        drawn += COLOR_COUNT * pem.sample_count
+        measured, renderings = measured_rendering_matrices(
+            renderer, common, kind, partial(progress, f"{kind} test renderings")
+        )
+        drawn += renderings
         for i, matrix in measured.items():
             layer = pem.layers[i]
             select = np.isin(part_of_sample, layer.parts)
             if kind == "local":
                 select &= ~pem.on_hull[gbuffer.triangle]
-            analytic = rendering_matrix(gbuffer, MipChain(layer.size), layer.geometry, pem.lod_bias, select)
+            analytic = rendering_matrix(
+                gbuffer, layer.chain, layer.geometry, pem.lod_bias, select, layer.map_from_world(camera)
+            )
             worst = max(worst, largest_difference(analytic, matrix))
     share = len(common.pixel) / max(len(traced.pixel), 1)
     tolerance = EXACT_TOLERANCE if filters_exactly(renderer.device) else CARD_TOLERANCE

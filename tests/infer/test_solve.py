@@ -9,6 +9,7 @@ from synthetic import Picture, as_scipy
 from reflet.envmap.geometry import Box
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.mip_reduction import prolong
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.infer.product import multiply
 from reflet.infer.records import RenderingMatrix
 from reflet.infer.regularization import penalty_diagonal, penalty_gradient
@@ -36,18 +37,22 @@ def problem(picture: Picture, size: int, lod_bias: float = -1.0) -> tuple[MipCha
     return chain, matrix, np.random.default_rng(0).random((chain.texel_count, 3)).astype(np.float32)
 
 
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
 @pytest.mark.parametrize("size", [1, 2, 16])
-def test_the_penalty_is_that_of_its_matrix(size: int) -> None:
-    chain = MipChain(size)
+def test_the_penalty_is_that_of_its_matrix(size: int, name: str) -> None:
+    chain = MipChain(size, PARAMETERIZATIONS[name])
     g = details_matrix(chain)
     d = np.random.default_rng(1).standard_normal((2, chain.texel_count)).astype(np.float32)
     assert np.abs(penalty_gradient(chain, d) - d @ (g.T @ g)).max() < 3e-6  # float32 sums of some tens of terms
-    # Texels at edges gather from a few texels more or less than the interior's sixteen.
-    assert np.abs(penalty_diagonal(chain) - np.diag(g.T @ g)).max() < 0.2
+    # Texels at edges gather from a few texels more or less than the interior's sixteen; a texel that is its own
+    # neighbour gathers all there is (4 instead of 25/16). Preconditioners need no more.
+    exact, found = np.diag(g.T @ g), penalty_diagonal(chain)
+    assert (found >= 0.39 * exact).all() and (found <= 1.4 * exact).all()
 
 
-def test_a_change_by_a_constant_costs_nothing() -> None:
-    chain = MipChain(32)
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
+def test_a_change_by_a_constant_costs_nothing(name: str) -> None:
+    chain = MipChain(32, PARAMETERIZATIONS[name])
     assert np.abs(penalty_gradient(chain, np.full((1, chain.texel_count), 0.5, np.float32))).max() < 1e-6
 
 

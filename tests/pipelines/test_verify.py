@@ -7,8 +7,10 @@ import pytest
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.render.coloring import coloring
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
 from reflet.scene.mesh import Mesh
@@ -32,20 +34,19 @@ def ring() -> Mesh:
     return Mesh(*(x.reshape(-1, 3).astype(t) for x, t in ((position, "f4"), (normal, "f4"), (triangles, "u4"))))
 
 
-@pytest.fixture(name="pem", scope="module")
-def _pem() -> ParameterizedEnvironmentMap:
+def ring_pem(parameterization: Parameterization) -> ParameterizedEnvironmentMap:
+    """The ring with a distant and a local layer."""
     mirror = Material(base_color=(0.65,) * 3, metallic=1.0, perceptual_roughness=0.0)
     scene = Scene((Part("ring", ring(), mirror, True),), (ReflectiveObject("ring", (0,)),))
     layers = (
-        Layer("distant", "distant", (0,), Box((-1, -0.7, -1.2), (1.1, 1, 1), (0, 0.1, 0)), 64),
-        Layer("local", "local", (0,), Ellipsoid((0, 0, 0), (0.45, 0.15, 0.45), (0, 0, 0)), 32),
+        Layer("distant", "distant", (0,), Box((-1, -0.7, -1.2), (1.1, 1, 1), (0, 0.1, 0)), 64, parameterization),
+        Layer("local", "local", (0,), Ellipsoid((0, 0, 0), (0.45, 0.15, 0.45), (0, 0, 0)), 32, parameterization),
     )
     count = scene.triangle_offsets[-1]
     none = np.zeros(count, np.uint32)
     maps = [
-        EnvMap(chain, np.ones((chain.texel_count, channels), np.float32), layer.geometry)
+        EnvMap(layer.chain, np.ones((layer.chain.texel_count, channels), np.float32), layer.geometry)
         for layer, channels in zip(layers, (3, 4), strict=True)
-        for chain in (MipChain(layer.size),)
     ]
     return ParameterizedEnvironmentMap(
         scene=scene,
@@ -59,13 +60,21 @@ def _pem() -> ParameterizedEnvironmentMap:
     )
 
 
-def test_measured_and_analytic_matrix_agree(pem: ParameterizedEnvironmentMap) -> None:
+@pytest.fixture(name="pem", scope="module")
+def _pem() -> ParameterizedEnvironmentMap:
+    return ring_pem(PARAMETERIZATIONS["cube"])
+
+
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
+def test_measured_and_analytic_matrix_agree(name: str) -> None:
+    pem = ring_pem(PARAMETERIZATIONS[name])
     found = verify(pem)
     assert found.agrees
     # Directions and their neighbours are float32: 1e-7 of 64 texels, four times that for quarter-pixel steps.
     assert found.max_difference < 3e-5
     assert found.compared_share > 0.99
-    assert found.test_renderings == 2 * 12 * 4  # layers, colours, sub-samples
+    colors = sum(coloring(layer.chain).color_count for layer in pem.layers)
+    assert found.test_renderings == colors * pem.sample_count
 
 
 @pytest.mark.parametrize(

@@ -58,10 +58,11 @@ def _met(g, position, direction, j, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def place(kind, g, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
+def place(kind, g, map_from_world, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
     """(face, u, v, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each).
 
-    ``kind`` is the parameterization's, ``g`` the packed geometry, ``size`` the map's rows at its finest level.
+    ``kind`` is the parameterization's, ``g`` the packed geometry, ``map_from_world`` the rotation into the map's frame
+    (of cubes the world's, whatever it says), ``size`` the map's rows at its finest level.
     """
     x, y, z = _met(g, position, direction, 0, k)
     furthest = 0.0  # squared distance of a neighbour, in texels
@@ -76,13 +77,19 @@ def place(kind, g, position, direction, size, lod_bias, k):  # type: ignore[no-u
             furthest = max(furthest, distance if ahead else np.inf)
         furthest *= 0.25 * size * size
     else:
-        face, u, v = point_of(kind, x, y, z)
         scale = 1.0 / sqrt(x * x + y * y + z * z)
         x, y, z = x * scale, y * scale, z * scale
         for j in range(1, 3):
             a, b, c = _met(g, position, direction, j, k)
             scale = 1.0 / sqrt(a * a + b * b + c * c)
             furthest = max(furthest, (a * scale - x) ** 2 + (b * scale - y) ** 2 + (c * scale - z) ** 2)
+        m = map_from_world
+        x, y, z = (
+            m[0, 0] * x + m[0, 1] * y + m[0, 2] * z,
+            m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
+            m[2, 0] * x + m[2, 1] * y + m[2, 2] * z,
+        )
+        face, u, v = point_of(kind, x, y, z)
         furthest *= rate_at(kind, x, y, z) * size * size
     rho = max(sqrt(furthest), _SMALLEST_RHO)
     return face, u, v, min(max(log2(rho) + lod_bias, 0.0), log2(size))

@@ -8,7 +8,7 @@ taps; the taps of a row's sub-samples are merged.
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Int64
+from jaxtyping import Bool, Float, Int64
 from numba import njit, prange
 
 from reflet.envmap.compiled_lookup import place, taps_into
@@ -27,12 +27,14 @@ def rendering_matrix(
     geometry: Geometry,
     lod_bias: float,
     select: Bool[np.ndarray, "samples"] | None = None,
+    map_from_world: Float[np.ndarray, "3 3"] | None = None,
 ) -> RenderingMatrix:
     """The matrix A with one row for each row of ``gbuffer`` and one column a texel of ``chain``.
 
     A row is the mean over its sub-samples; those that ``select`` leaves out count as zero, so that such a row's weights
-    add up to the share of its sub-samples that look the map up. Deterministic, whatever the number of threads.
-    Scratch memory: 12 bytes a filter tap (8 taps a lookup) besides the result.
+    add up to the share of its sub-samples that look the map up. ``map_from_world`` is the rotation of lookup directions
+    into the frame of a view-dependent map (`Layer.map_from_world`; of cubes it is not asked for). Deterministic,
+    whatever the number of threads. Scratch memory: 12 bytes a filter tap (8 taps a lookup) besides the result.
     """
     lookups, row_starts = _by_row(gbuffer)
     samples_of_row = np.bincount(gbuffer.row_of_sample, minlength=len(gbuffer.row_pixel))
@@ -46,8 +48,9 @@ def rendering_matrix(
     counts = np.zeros(len(row_starts) - 1, np.int64)
     _merge_rows(
         blocks, row_starts, scale, lookups.position, lookups.direction, pack(geometry).astype(np.float64),
-        chain.parameterization.kind, chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias),
-        table, table_starts, columns, weights, counts,
+        np.eye(3) if map_from_world is None else map_from_world, chain.parameterization.kind,
+        chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias), table, table_starts, columns,
+        weights, counts,
     )  # fmt: skip
     starts = np.concatenate([[0], np.cumsum(counts)])
     kept_columns, kept_weights = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
@@ -77,8 +80,8 @@ def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows_and_one"
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _merge_rows(
-    blocks, row_starts, scale, position, direction, geometry, kind, aspect, size, level_count, lod_bias, table,
-    table_starts, columns, weights, counts,
+    blocks, row_starts, scale, position, direction, geometry, map_from_world, kind, aspect, size, level_count,
+    lod_bias, table, table_starts, columns, weights, counts,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     longest = 0
     for row in range(len(row_starts) - 1):
@@ -97,7 +100,7 @@ def _merge_rows(
             for k in range(row_starts[row], row_starts[row + 1]):
                 if scale[k] == 0.0:
                     continue
-                face, u, v, lod = place(kind, geometry, position, direction, size, lod_bias, k)
+                face, u, v, lod = place(kind, geometry, map_from_world, position, direction, size, lod_bias, k)
                 taps_into(tap, tap_weight, table, table_starts, aspect, size, level_count, face, u, v, lod)
                 for j in range(8):
                     slot = (tap[j] * 0x9E3779B1) & (slots - 1)

@@ -5,10 +5,14 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
+from reflet.scene.camera import Camera
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.parameter_space import ParameterSpace
 from reflet.scene.scene import Scene
@@ -20,7 +24,8 @@ class Layer:
 
     ``parts`` (indices into the scene's parts) are the parts that look it up. A distant map has 3 channels, a local one
     4 (premultiplied radiance and alpha) and is composited over the distant map of the same part. Every reflective part
-    has exactly one distant layer and at most one local layer. A single-layer PEM has no local layers.
+    has exactly one distant layer and at most one local layer. A single-layer PEM has no local layers. ``size`` is the
+    number of rows of a map's face.
     """
 
     name: str
@@ -28,6 +33,21 @@ class Layer:
     parts: tuple[int, ...]
     geometry: Geometry
     size: int
+    parameterization: Parameterization = CUBE
+
+    @property
+    def chain(self) -> MipChain:
+        """The order of a map's texels."""
+        return MipChain(self.size, self.parameterization)
+
+    def map_from_world(self, camera: Camera) -> Float[np.ndarray, "3 3"]:
+        """The rotation of lookup directions into the frame of the map that was inferred at ``camera``.
+
+        The frame is the world's, but for view-dependent parameterizations: there the map's +x is the camera's right,
+        +y its up, and +z points back from what it looks at, so that the gazing ball's rim, where the map has no
+        resolution, lies straight ahead, where mirrors that the camera sees send next to none of its rays.
+        """
+        return camera.view_from_world() if self.parameterization.is_view_dependent else np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -38,7 +58,7 @@ class ParameterizedEnvironmentMap:
     from disk when asked. ``on_hull`` flags the scene's triangles whose fronts lie on their object's convex hull: they
     look up the distant layer only. The maps were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted
     by ``lod_bias``, and are to be shown so. ``static_maps``, where given, hold each object's static env map, seen from
-    the object's centre: the prior of inference, and what a viewer shows until the first sample has arrived.
+    the object's centre: the prior of inference, a cube whatever the layers' parameterization.
     """
 
     scene: Scene

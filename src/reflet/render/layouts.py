@@ -1,10 +1,12 @@
 """The host's side of the shaders' bind groups: `shaders/frame.wgsl` and `shaders/part.wgsl` describe them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import wgpu
+from jaxtyping import Float
 
 from reflet.envmap.geometry import pack
 from reflet.pem.pem import Layer
@@ -31,10 +33,12 @@ FRAME = np.dtype(
         ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
         ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND, 4)),
         ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2), ("eye_rest", "f4", 4),
-        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)),
+        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)), ("map_from_world", "f4", (LARGEST_BLEND, 3, 4)),
     ]
 )  # fmt: skip
-_LAYER = np.dtype([("geometry", "f4", 12), ("size", "f4"), ("max_lod", "f4"), ("padding", "f4", 2)])
+_LAYER = np.dtype(
+    [("geometry", "f4", 12), ("size", "f4"), ("max_lod", "f4"), ("parameterization", "u4"), ("padding", "f4")]
+)
 PART = np.dtype(
     [
         ("distant", _LAYER), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
@@ -46,10 +50,19 @@ PART = np.dtype(
 _NEAR_SHARE = 1e-3
 
 
+@dataclass(frozen=True)
+class Blended:
+    """A sample of the parameter space as a frame shows it."""
+
+    slot: int  # in the arrays of maps
+    weight: float
+    map_from_world: Float[np.ndarray, "3 3"]  # the frame of its view-dependent maps
+
+
 def frame_uniform(
-    camera: Camera, sample_count: int, lod_bias: float, blend: Mapping[int, float], switches: int
+    camera: Camera, sample_count: int, lod_bias: float, blend: Sequence[Blended], switches: int
 ) -> np.ndarray:
-    """`FRAME` of a picture; ``blend`` maps slots of the cube arrays to weights."""
+    """`FRAME` of a picture."""
     frame = np.zeros((), FRAME)
     clip_from_world = camera.clip_from_world(1.0, 2.0)
     # Reversed depth with an infinite far plane: near/distance, which floats resolve evenly at all distances.
@@ -64,8 +77,9 @@ def frame_uniform(
     frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
     frame["width"], frame["height"] = camera.width, camera.height
     frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)
-    frame["blend"][: len(blend), 0] = list(blend.values())
-    frame["blend"][: len(blend), 1] = list(blend.keys())
+    for k, each in enumerate(blend):
+        frame["blend"][k, :2] = each.weight, each.slot
+        frame["map_from_world"][k, :, :3] = each.map_from_world.T  # by columns
     frame["blend_count"], frame["switches"] = len(blend), switches
     return frame
 
@@ -81,7 +95,8 @@ def part_uniform(part: Part, distant: Layer | None, local: Layer | None) -> np.n
     for name, layer in (("distant", distant), ("local", local)):
         if layer is not None:
             out[name]["geometry"] = pack(layer.geometry)
-            out[name]["size"], out[name]["max_lod"] = layer.size, np.log2(layer.size)
+            out[name]["size"], out[name]["max_lod"] = layer.size, layer.chain.level_count - 1
+            out[name]["parameterization"] = layer.parameterization.kind
     out["base_color"], out["metallic"] = material.base_color, material.metallic
     out["emission"], out["normal_scale"] = material.emission, material.normal_scale
     bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * material.double_sided + HAS_LOCAL * (local is not None)
@@ -137,5 +152,7 @@ def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             texture(7, "cube-array"),
             texture(8, "cube-array"),
             sampler(9),
+            texture(10, "2d-array"),
+            texture(11, "2d-array"),
         ]
     )

@@ -112,6 +112,8 @@ class Passes:
                 "PART_BITS": item.bits,
                 "DISTANT_KIND": item.distant_kind,
                 "LOCAL_KIND": item.local_kind,
+                "DISTANT_PARAMETERIZATION": item.distant_parameterization,
+                "LOCAL_PARAMETERIZATION": item.local_parameterization,
             }
             cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
             render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))

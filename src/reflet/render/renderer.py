@@ -10,7 +10,16 @@ from jaxtyping import Float32, UInt32
 from reflet.errors import RefletError
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.render.device import shared_device
-from reflet.render.layouts import LARGEST_BLEND, SWITCHES, Shown, frame_layout, frame_uniform, part_layout, switch_bits
+from reflet.render.layouts import (
+    LARGEST_BLEND,
+    SWITCHES,
+    Blended,
+    Shown,
+    frame_layout,
+    frame_uniform,
+    part_layout,
+    switch_bits,
+)
 from reflet.render.passes import Passes, Target
 from reflet.render.resident_maps import ResidentMaps
 from reflet.render.scene_buffers import SceneBuffers
@@ -101,7 +110,7 @@ class Renderer:
         self, camera: Camera, sample_count: int, sub_sample: int
     ) -> UInt32[np.ndarray, "height width"]:
         """1 + the number of the triangle that a sub-sample of each pixel sees, where it reflects; else 0."""
-        self._write_frame(camera, sample_count, 0, {})
+        self._write_frame(camera, sample_count, 0, [])
         target = self._target_for(camera)
         encoder = self.device.create_command_encoder()
         picture = self._draw(encoder, target, "probe.wgsl", "probe_triangle", sub_sample, False, self._part_groups)
@@ -116,8 +125,11 @@ class Renderer:
         sub_sample: int,
         part_groups: Sequence[wgpu.GPUBindGroup],
     ) -> Float32[np.ndarray, "height width 4"]:
-        """The four channels that one sub-sample of each pixel looks up in slot 0 of maps bound by `bind_maps`."""
-        self._write_frame(camera, sample_count, 0, {0: 1.0})
+        """The four channels that one sub-sample of each pixel looks up in slot 0 of maps bound by `bind_maps`.
+
+        View-dependent maps are those of the camera itself.
+        """
+        self._write_frame(camera, sample_count, 0, [Blended(0, 1.0, camera.view_from_world())])
         target = self._target_for(camera)
         encoder = self.device.create_command_encoder()
         picture = self._draw(encoder, target, "probe.wgsl", f"probe_{kind}", sub_sample, False, part_groups)
@@ -125,19 +137,23 @@ class Renderer:
         return self._passes.read(picture, np.float32)
 
     def bind_maps(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
-        """Part bind groups with other maps: one cube array for each of the PEM's layers."""
+        """Part bind groups with other maps: one array for each of the PEM's layers."""
         return self._buffers.part_groups(arrays)
 
-    def _blend(self, camera: Camera, blend: bool, point: Mapping[str, float] | None) -> dict[int, float]:
+    def _blend(self, camera: Camera, blend: bool, point: Mapping[str, float] | None) -> list[Blended]:
         space = self.pem.space
         weights = space.blend_weights(space.orbit.point_of(camera) if point is None else point)
         if not blend:
             weights = {max(weights, key=lambda sample: (weights[sample], -sample)): 1.0}
         if len(weights) > LARGEST_BLEND:
             raise RefletError(f"At most {LARGEST_BLEND} samples can be blended, not {len(weights)}; show the nearest.")
-        return dict(zip(self._maps.slots(list(weights)), weights.values(), strict=True))
+        slots = self._maps.slots(list(weights))
+        return [
+            Blended(slot, weight, space.camera(sample).view_from_world())
+            for slot, (sample, weight) in zip(slots, weights.items(), strict=True)
+        ]
 
-    def _write_frame(self, camera: Camera, samples: int, switches: int, blend: Mapping[int, float]) -> None:
+    def _write_frame(self, camera: Camera, samples: int, switches: int, blend: Sequence[Blended]) -> None:
         data = frame_uniform(camera, samples, self.pem.lod_bias, blend, switches)
         self.device.queue.write_buffer(self._buffers.frame_uniform, 0, data.tobytes())
         self._switches, self._blend_count = switches, len(blend)

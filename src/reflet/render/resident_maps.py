@@ -6,26 +6,26 @@ from collections.abc import Sequence
 import wgpu
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.pem.pem import Layer
 from reflet.render.layouts import LARGEST_BLEND
-from reflet.render.textures import create_cube_array, half_texels, write_cube
+from reflet.render.textures import create_map_array, half_texels, write_map
 
-MOST_SLOTS = 42  # cubes in one cube array: WebGPU's default of 256 array layers
+MOST_ARRAY_LAYERS = 256  # WebGPU's default: 42 cubes
 
 
 class ResidentMaps:
-    """One cube array a layer; a resident sample has the same slot in all of them."""
+    """One array a layer; a resident sample has the same slot in all of them."""
 
     def __init__(
         self, device: wgpu.GPUDevice, layers: Sequence[Layer], maps: Sequence[tuple[EnvMap, ...]], memory: int
     ) -> None:
-        """``memory`` bounds the cube arrays, in bytes; the samples of one blend always find room."""
+        """``memory`` bounds the arrays, in bytes; the samples of one blend always find room."""
         self._device, self._layers, self._maps = device, layers, maps
-        bytes_per_slot = sum(8 * MipChain(layer.size).texel_count for layer in layers)
-        slots = min(MOST_SLOTS, max(LARGEST_BLEND, memory // max(bytes_per_slot, 1)), len(maps))
-        self.arrays = [create_cube_array(device, layer.size, slots) for layer in layers]
+        bytes_per_slot = sum(8 * layer.chain.texel_count for layer in layers)
+        most = MOST_ARRAY_LAYERS // max((layer.parameterization.face_count for layer in layers), default=1)
+        slots = min(most, max(LARGEST_BLEND, memory // max(bytes_per_slot, 1)), len(maps))
+        self.arrays = [create_map_array(device, layer.chain, slots) for layer in layers]
         self._free = list(range(slots))
         self._slot_of_sample: OrderedDict[int, int] = OrderedDict()
 
@@ -43,9 +43,10 @@ class ResidentMaps:
 
     def _upload(self, sample: int, slot: int) -> None:
         for layer, array, env_map in zip(self._layers, self.arrays, self._maps[sample], strict=True):
-            if env_map.chain.size != layer.size:
+            if env_map.chain != layer.chain:
                 raise RefletError(
-                    f"The map of layer {layer.name} at sample {sample} has {env_map.chain.size}² texels a face, not "
-                    f"{layer.size}² as the layer says; bake the PEM again."
+                    f"The map of layer {layer.name} at sample {sample} is a {env_map.chain.parameterization} of "
+                    f"{env_map.chain.size} rows, not a {layer.parameterization} of {layer.size} as the layer says; "
+                    "bake the PEM again."
                 )
-            write_cube(self._device, array, slot, env_map.chain, half_texels(env_map.texels))
+            write_map(self._device, array, slot, env_map.chain, half_texels(env_map.texels))

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import wgpu
 
+from reflet.envmap.cube import CUBE
+from reflet.envmap.mip_chain import MipChain
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.render.layouts import DOUBLE_SIDED, FRAME, HAS_LOCAL, OFF_HULL, REFLECTIVE, TRIANGLE_ON_HULL, part_uniform
-from reflet.render.textures import LARGEST_HALF, create_cube_array, cube_array_view, upload_picture
+from reflet.render.textures import LARGEST_HALF, create_map_array, map_array_view, upload_picture
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
 
@@ -23,6 +25,8 @@ class Draw:
     bits: int
     distant_kind: float
     local_kind: float
+    distant_parameterization: int
+    local_parameterization: int
 
     @property
     def double_sided(self) -> bool:
@@ -43,7 +47,7 @@ class SceneBuffers:
         self._device, self._pem, self._part_layout = device, pem, part_layout
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
         self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
-        self._no_map = create_cube_array(device, 1, 1)
+        self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
         self.frame_uniform = device.create_buffer(
             size=FRAME.itemsize, usage=wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
         )
@@ -72,12 +76,10 @@ class SceneBuffers:
         self.draws = sorted(draws, key=lambda draw: not draw.bits & REFLECTIVE)
 
     def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
-        """The bind groups of all parts; ``arrays`` are the cube arrays of the PEM's layers."""
-        views = [cube_array_view(array) for array in arrays]
-        none = cube_array_view(self._no_map)
+        """The bind groups of all parts; ``arrays`` are the maps of the PEM's layers."""
         groups = []
         for i, part in enumerate(self._pem.scene.parts):
-            distant, local = self.layer_of_part(i, "distant"), self.layer_of_part(i, "local")
+            distant, local = (self.layer_of_part(i, kind) for kind in ("distant", "local"))
             material = part.material
             base_color, emission = material.base_color_texture_srgb, material.emission_texture_srgb
             resources = [
@@ -88,9 +90,11 @@ class SceneBuffers:
                 self._picture(emission, srgb=True),
                 self._picture_sampler(base_color),
                 self._picture_sampler(emission),
-                none if distant is None else views[distant],
-                none if local is None else views[local],
+                self._maps(arrays, distant, cubes=True),
+                self._maps(arrays, local, cubes=True),
                 self._samplers["clamp-to-edge"],
+                self._maps(arrays, distant, cubes=False),
+                self._maps(arrays, local, cubes=False),
             ]
             entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
             groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
@@ -101,6 +105,14 @@ class SceneBuffers:
         found = (i for i, layer in enumerate(self._pem.layers) if layer.kind == kind and part in layer.parts)
         return next(found, None)
 
+    def _maps(self, arrays: Sequence[wgpu.GPUTexture], layer: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
+        """A layer's maps if they are cubes, or if they are not; else a map of one black texel."""
+        if layer is not None:
+            parameterization = self._pem.layers[layer].parameterization
+            if (parameterization == CUBE) is cubes:
+                return map_array_view(arrays[layer], parameterization)
+        return self._no_map.create_view(dimension="cube-array" if cubes else "2d-array")
+
     def _part_uniform(self, part: int) -> np.ndarray:
         indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))
         layers = (None if i is None else self._pem.layers[i] for i in indices)
@@ -109,11 +121,12 @@ class SceneBuffers:
     def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
         first, end = self._pem.scene.triangle_offsets[part : part + 2]
         bits = int(data["bits"])
-        kinds = float(data["distant"]["geometry"][0]), float(data["local"]["geometry"][0])
+        geometries = float(data["distant"]["geometry"][0]), float(data["local"]["geometry"][0])
+        parameterizations = int(data["distant"]["parameterization"]), int(data["local"]["parameterization"])
         on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
         draws = [
-            Draw(part, first, on_hull, bits & ~HAS_LOCAL, *kinds),
-            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, *kinds),
+            Draw(part, first, on_hull, bits & ~HAS_LOCAL, *geometries, *parameterizations),
+            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, *geometries, *parameterizations),
         ]
         return [draw for draw in draws if draw.count]
 

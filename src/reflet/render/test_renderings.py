@@ -1,7 +1,7 @@
 """The rendering matrix, measured: what weight the graphics system gives each texel in each pixel.
 
-Implements the idea of [Hakura01, sec. 4, "EM Inference"], test renderings of coloured texels, with twelve renderings a
-sub-sample position instead of one a texel: texels that no lookup weighs together share a rendering, and the colour a
+Implements the idea of [Hakura01, sec. 4, "EM Inference"], test renderings of coloured texels, with some ten renderings
+a sub-sample position instead of one a texel: texels that no lookup weighs together share a rendering, and the colour a
 pixel shows says which of them it was (`coloring`).
 """
 
@@ -11,18 +11,16 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
-import wgpu
 from jaxtyping import Float32, Int32
 
-from reflet.envmap.mip_chain import MipChain
 from reflet.errors import RefletError
 from reflet.infer.records import RenderingMatrix
-from reflet.render.coloring import COLOR_COUNT, texel_colors, texel_names, texels_from_names
+from reflet.render.coloring import Coloring, coloring
 from reflet.render.renderer import Renderer
-from reflet.render.textures import create_cube_array, write_cube
+from reflet.render.textures import create_map_array, write_map
 from reflet.scene.visibility import Visibility
 
-# Below this weight names cannot be told: see `texel_names`. Less than the least difference verification looks for.
+# Below this weight names cannot be told: see `Coloring`. Less than the least difference verification looks for.
 SMALLEST_WEIGHT = 1e-6
 
 
@@ -41,8 +39,8 @@ def measured_rendering_matrices(
     visibility: Visibility,
     kind: Literal["distant", "local"],
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> dict[int, RenderingMatrix]:
-    """The rendering matrices of all layers of a kind, by layer index, read off 12 renderings a sub-sample position.
+) -> tuple[dict[int, RenderingMatrix], int]:
+    """The rendering matrices of all layers of a kind, by layer index, and how many renderings they were read off.
 
     Rows are those of the G-buffer of ``visibility``, whose sub-samples must be among those that the rasterizer sees;
     local lookups of triangles on the hull are left out. ``progress`` is told (done, total) renderings. Scratch memory:
@@ -57,24 +55,28 @@ def measured_rendering_matrices(
             "not; try a software adapter, such as Mesa's lavapipe."
         )
     chosen = {i: _lookups(renderer, visibility, i) for i, layer in enumerate(pem.layers) if layer.kind == kind}
-    chains = {size: MipChain(size) for size in {layer.size for layer in pem.layers}}
-    arrays = {size: create_cube_array(device, size, 1, "rgba32float") for size in chains}
-    groups = renderer.bind_maps([arrays[layer.size] for layer in pem.layers])
-    found: dict[int, list[sp.csr_matrix]] = {i: [] for i in chosen}
-    total = COLOR_COUNT * visibility.sample_count
-    for color in range(COLOR_COUNT):
-        for size, chain in chains.items():
-            _show_color(device, arrays[size], chain, color)
+    chains = {layer.chain for layer in pem.layers}
+    arrays = {chain: create_map_array(device, chain, 1, "rgba32float") for chain in chains}
+    groups = renderer.bind_maps([arrays[layer.chain] for layer in pem.layers])
+    found: dict[int, list[tuple[np.ndarray, ...]]] = {i: [] for i in chosen}
+    color_count = max(coloring(pem.layers[i].chain).color_count for i in chosen)
+    total = color_count * visibility.sample_count
+    for color in range(color_count):
+        for chain in {pem.layers[i].chain for i in chosen}:
+            if color < coloring(chain).color_count:
+                write_map(device, arrays[chain], 0, chain, coloring(chain).names(color))
         for k in range(visibility.sample_count):
             picture = renderer.raw_lookup(visibility.camera, kind, visibility.sample_count, k, groups).reshape(-1, 4)
             for i, lookups in chosen.items():
-                here = np.flatnonzero(lookups.sub_sample == k)
-                chain = chains[pem.layers[i].size]
-                lookup, texel, weight = _read_off(picture[lookups.pixel[here]], chain, color)
-                found[i].append((lookups.row[here][lookup], texel, weight * lookups.share[here][lookup]))
+                known = coloring(pem.layers[i].chain)
+                if color < known.color_count:
+                    here = np.flatnonzero(lookups.sub_sample == k)
+                    lookup, texel, weight = _read_off(picture[lookups.pixel[here]], known, color)
+                    found[i].append((lookups.row[here][lookup], texel, weight * lookups.share[here][lookup]))
             progress(color * visibility.sample_count + k + 1, total)
     rows = len(np.unique(_row_keys(renderer, visibility)))
-    return {i: _matrix(entries, rows, chains[pem.layers[i].size].texel_count) for i, entries in found.items()}
+    matrices = {i: _matrix(entries, rows, pem.layers[i].chain.texel_count) for i, entries in found.items()}
+    return matrices, total
 
 
 def _row_keys(renderer: Renderer, visibility: Visibility) -> np.ndarray:
@@ -96,22 +98,15 @@ def _lookups(renderer: Renderer, visibility: Visibility, layer_index: int) -> _L
     )
 
 
-def _show_color(device: wgpu.GPUDevice, array: wgpu.GPUTexture, chain: MipChain, color: int) -> None:
-    """Fills slot 0 of a cube array with the names of one colour's texels, zero elsewhere."""
-    names = texel_names(chain)
-    names[texel_colors(chain) != color] = 0.0
-    write_cube(device, array, 0, chain, names)
-
-
 def _read_off(
-    shown: Float32[np.ndarray, "samples 4"], chain: MipChain, color: int
+    shown: Float32[np.ndarray, "samples 4"], known: Coloring, color: int
 ) -> tuple[Int32[np.ndarray, "entries"], Int32[np.ndarray, "entries"], Float32[np.ndarray, "entries"]]:
     """Which samples show a texel of the present colour, which texel, and its weight."""
     sample = np.flatnonzero(shown[:, 0] > SMALLEST_WEIGHT)
     weight = shown[sample, 0]
-    texel = texels_from_names(chain, color, shown[sample, 1:] / weight[:, None])
-    known = texel >= 0
-    return sample[known].astype(np.int32), texel[known], weight[known]
+    texel = known.texels_of(color, shown[sample, 1:] / weight[:, None])
+    named = texel >= 0
+    return sample[named].astype(np.int32), texel[named], weight[named]
 
 
 def _matrix(entries: list[tuple[np.ndarray, ...]], rows: int, texel_count: int) -> RenderingMatrix:

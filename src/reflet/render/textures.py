@@ -1,4 +1,4 @@
-"""Textures on the device: pictures with mip levels, cube arrays."""
+"""Textures on the device: pictures with mip levels, arrays of maps."""
 
 from itertools import pairwise
 
@@ -6,7 +6,9 @@ import numpy as np
 import wgpu
 from jaxtyping import Float, Shaped
 
+from reflet.envmap.cube import CUBE
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
 from reflet.shaders.link import link
 
@@ -69,31 +71,33 @@ def _fill_mip_levels(device: wgpu.GPUDevice, texture: wgpu.GPUTexture, level_cou
     device.queue.submit([encoder.finish()])
 
 
-def create_cube_array(
-    device: wgpu.GPUDevice, size: int, slots: int, texture_format: str = "rgba16float"
+def create_map_array(
+    device: wgpu.GPUDevice, chain: MipChain, slots: int, texture_format: str = "rgba16float"
 ) -> wgpu.GPUTexture:
-    """A cube array with all mip levels, empty."""
-    check_size(device, size, size, "A map")
+    """An array of maps with all mip levels, empty; each face of each slot is an array layer."""
+    faces, rows, columns = chain.level_shape(0)
+    check_size(device, columns, rows, "A map")
     return device.create_texture(
-        size=(size, size, 6 * slots), mip_level_count=size.bit_length(), format=texture_format, usage=_USAGE
+        size=(columns, rows, faces * slots), mip_level_count=chain.level_count, format=texture_format, usage=_USAGE
     )
 
 
-def write_cube(
+def write_map(
     device: wgpu.GPUDevice,
     texture: wgpu.GPUTexture,
     slot: int,
     chain: MipChain,
     texels: Float[np.ndarray, "texels 4"],
 ) -> None:
-    """Writes one cube with all its mip levels into a cube array; ``texels`` have the texture's own float type."""
-    for mip_level, size in enumerate(chain.level_sizes):
+    """Writes one map with all its mip levels into an array; ``texels`` have the texture's own float type."""
+    for mip_level in range(chain.level_count):
+        faces, rows, columns = chain.level_shape(mip_level)
         level = np.ascontiguousarray(chain.level(texels, mip_level))
         device.queue.write_texture(
-            {"texture": texture, "mip_level": mip_level, "origin": (0, 0, 6 * slot)},
+            {"texture": texture, "mip_level": mip_level, "origin": (0, 0, faces * slot)},
             level,
-            {"bytes_per_row": level.strides[1], "rows_per_image": size},
-            (size, size, 6),
+            {"bytes_per_row": level.strides[1], "rows_per_image": rows},
+            (columns, rows, faces),
         )
 
 
@@ -104,6 +108,6 @@ def half_texels(texels: Float[np.ndarray, "texels channels"]) -> Float[np.ndarra
     return out
 
 
-def cube_array_view(texture: wgpu.GPUTexture) -> wgpu.GPUTextureView:
-    """The view that shaders look maps up in."""
-    return texture.create_view(dimension="cube-array")
+def map_array_view(texture: wgpu.GPUTexture, parameterization: Parameterization) -> wgpu.GPUTextureView:
+    """The view that shaders look maps up in: cubes have a texture kind of their own."""
+    return texture.create_view(dimension="cube-array" if parameterization == CUBE else "2d-array")

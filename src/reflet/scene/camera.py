@@ -41,6 +41,11 @@ class Camera:
         right /= np.linalg.norm(right)
         return right, np.cross(right, forward), forward
 
+    def view_from_world(self) -> Float[np.ndarray, "3 3"]:
+        """The rotation whose rows are right, up and back (towards the viewer)."""
+        right, up, forward = self.frame()
+        return np.stack([right, up, -forward])
+
     def ray_basis(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
         """(corner, dx, dy): the ray through pixel coordinates (x, y) is corner + x·dx + y·dy, not normalized.
 
@@ -55,9 +60,8 @@ class Camera:
 
     def clip_from_world(self, near: float, far: float) -> Float[np.ndarray, "4 4"]:
         """WebGPU's clip space (depth 0 at ``near``, 1 at ``far``) from world space; multiplies column vectors."""
-        right, up, forward = self.frame()
         view_from_world = np.eye(4)
-        view_from_world[:3, :3] = [right, up, -forward]
+        view_from_world[:3, :3] = self.view_from_world()
         view_from_world[:3, 3] = -view_from_world[:3, :3] @ np.asarray(self.position)
         scale = 1.0 / np.tan(np.radians(self.fov_deg) / 2.0)
         clip_from_view = np.zeros((4, 4))

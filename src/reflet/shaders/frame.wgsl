@@ -1,7 +1,7 @@
 // Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.layouts`.
 //
 //   binding  resource                         stages             contents
-//   0        uniform Frame, 640 bytes         vertex, fragment   camera, sub-sample table, blended samples, switches
+//   0        uniform Frame, 1024 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
 //   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
@@ -13,7 +13,7 @@
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width
 //   112 ray_dy   124 height   128 sub_samples[16] (x, y, 0, 0)   384 blend[8] (weight, slot, 0, 0)   512 blend_count
 //   516 switches   520 zero   528 eye_rest   544 pixel_x   560 pixel_y   576 depth   592 pixel_x_rest
-//   608 pixel_y_rest   624 depth_rest; a *_rest is what float32 rounds off its namesake
+//   608 pixel_y_rest   624 depth_rest; a *_rest is what float32 rounds off its namesake   640 map_from_world[8] (columns)
 
 struct Frame {
   clip_from_world: mat4x4f,       // reversed depth, infinite far plane: 1 near, 0 infinitely far; drawn with "greater"
@@ -26,7 +26,7 @@ struct Frame {
   ray_dy: vec3f,
   height: f32,
   sub_samples: array<vec4f, 16>,  // positions from a pixel's top left corner, in pixels
-  blend: array<vec4f, 8>,         // blended samples of the parameter space: weight, slot in the cube arrays
+  blend: array<vec4f, 8>,         // blended samples of the parameter space: weight, slot in the arrays of maps
   blend_count: u32,
   switches: u32,                  // SHOW_* and OBJECT_ONLY bits
   zero: u32,                      // always 0, see precise.wgsl
@@ -37,6 +37,7 @@ struct Frame {
   pixel_x_rest: vec3f,
   pixel_y_rest: vec3f,
   depth_rest: vec3f,
+  map_from_world: array<mat3x3f, 8>,  // of blended samples: into the frames of their view-dependent maps
 }
 
 const SHOW_DIFFUSE = 1u;

@@ -1,18 +1,18 @@
 #import tone
 
-// Program: one map laid flat, as in [Hakura01, Figure 5]: the faces px nx py ny pz nz from left to right, mip level 0 on
-// top, each further level half as large below. The sheet is 6 by 2 faces large. Draw three vertices.
+// Program: one map laid flat, as in [Hakura01, Figure 5]: its faces from left to right, mip level 0 on top, each further level
+// half as large below. The sheet is two faces high. Draw three vertices.
 //
-//   bind group 0   0 uniform MapView, 32 bytes   1 texture_2d_array<f32>: the maps of one layer, six array layers a slot
+//   bind group 0   0 uniform MapView, 32 bytes   1 texture_2d_array<f32>: the maps of one layer, an array layer for each face of each slot
 
 struct MapView {
   origin: vec2f,     // pixel coordinates of the sheet's top left corner
-  face_size: f32,    // pixels along the edge of a face at level 0
+  face_size: f32,    // pixels from top to bottom of a face at level 0
   exposure: f32,
   curve: u32,     // TONE_*
   slot: u32,
   level_count: u32,
-  padding: u32,
+  face_count: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: MapView;
@@ -42,13 +42,14 @@ fn map_view(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let level = min(u32(-log2(max(1.0 - 0.5 * sheet.y, 1e-6))), view.level_count - 1u);
   let shrink = exp2(f32(level));
   let on_row = vec2f(sheet.x, sheet.y - (2.0 - 2.0 / shrink)) * shrink;
-  let face = u32(on_row.x);
-  if (face >= 6u || on_row.y >= 1.0) {
+  let size = max(textureDimensions(maps) >> vec2u(level), vec2u(1u));
+  let in_faces = on_row.x * f32(size.y) / f32(size.x);
+  let face = u32(in_faces);
+  if (face >= view.face_count || on_row.y >= 1.0) {
     return margin;
   }
-  let size = max(textureDimensions(maps).x >> level, 1u);
-  let texel = min(vec2u(vec2f(fract(on_row.x), on_row.y) * f32(size)), vec2u(size - 1u));
-  let value = textureLoad(maps, vec2i(texel), i32(view.slot * 6u + face), i32(level));
+  let texel = min(vec2u(vec2f(fract(in_faces), on_row.y) * vec2f(size)), size - 1u);
+  let value = textureLoad(maps, vec2i(texel), i32(view.slot * view.face_count + face), i32(level));
   // The board stands for a display value; compositing happens in display values, where it shows evenly.
   return vec4f(tone_mapped(value.rgb * view.exposure, view.curve) + (1.0 - value.a) * board(position.xy), 1.0);
 }

@@ -1,4 +1,5 @@
 #import geometry
+#import parameterization
 
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.layouts`.
 //
@@ -10,17 +11,21 @@
 //   4        texture_2d<f32> rgba8unorm-srgb         fragment   emission, with mip levels (1x1 white if none)
 //   5        filtering sampler                       fragment   base colour: linear, repeating or clamping
 //   6        filtering sampler                       fragment   emission: linear, repeating or clamping
-//   7        texture_cube_array<f32> rgba16float     fragment   distant maps, one resident sample a slot (1 black texel if none)
-//   8        texture_cube_array<f32> rgba16float     fragment   local maps, the same samples in the same slots
-//   9        filtering sampler                       fragment   maps: linear in all three, clamping
+//   7        texture_cube_array<f32> rgba16float     fragment   distant cubes, one resident sample a slot (1 black texel if none)
+//   8        texture_cube_array<f32> rgba16float     fragment   local cubes, the same samples in the same slots
+//   9        filtering sampler                       fragment   cubes: linear in all three, clamping
+//   10       texture_2d_array<f32> rgba16float       fragment   distant maps that are no cubes: each face of each slot a layer
+//   11       texture_2d_array<f32> rgba16float       fragment   local maps that are no cubes
 //
-// Part's bytes: 0 distant.geometry   48 distant.size   52 distant.max_lod   64 local.geometry   112 local.size
-//   116 local.max_lod   128 base_color   140 metallic   144 emission   156 normal_scale   160 bits   164 padding
+// Part's bytes: 0 distant.geometry   48 distant.size   52 distant.max_lod   56 distant.parameterization
+//   64 local.geometry   112 local.size   116 local.max_lod   120 local.parameterization   128 base_color   140 metallic
+//   144 emission   156 normal_scale   160 bits   164 padding
 
 struct Layer {
   geometry: Geometry,
-  size: f32,      // texels along a face's edge at level 0
-  max_lod: f32,   // number of levels - 1
+  size: f32,              // rows of a face at level 0
+  max_lod: f32,           // number of levels - 1
+  parameterization: u32,  // its kind
 }
 
 struct Part {
@@ -47,11 +52,13 @@ const PART_METAL = 1024u;         // metallic throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
 const PART_TEXTURES = 120u;       // any of the four
 
-// Pipelines may be built for one setting of a part's bits and for the kinds of its geometries, so that code which is off
-// costs nothing; else they are read from the uniform.
+// Pipelines may be built for one setting of a part's bits and for the kinds of its geometries and parameterizations, so that
+// code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
 override DISTANT_KIND: f32 = -1.0;
 override LOCAL_KIND: f32 = -1.0;
+override DISTANT_PARAMETERIZATION: u32 = 0xffffffffu;
+override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 
 @group(1) @binding(0) var<uniform> part: Part;
 @group(1) @binding(1) var base_color_texture: texture_2d<f32>;
@@ -60,9 +67,11 @@ override LOCAL_KIND: f32 = -1.0;
 @group(1) @binding(4) var emission_texture: texture_2d<f32>;
 @group(1) @binding(5) var base_color_sampler: sampler;
 @group(1) @binding(6) var emission_sampler: sampler;
-@group(1) @binding(7) var distant_maps: texture_cube_array<f32>;
-@group(1) @binding(8) var local_maps: texture_cube_array<f32>;
-@group(1) @binding(9) var map_sampler: sampler;
+@group(1) @binding(7) var distant_cubes: texture_cube_array<f32>;
+@group(1) @binding(8) var local_cubes: texture_cube_array<f32>;
+@group(1) @binding(9) var cube_sampler: sampler;
+@group(1) @binding(10) var distant_maps: texture_2d_array<f32>;
+@group(1) @binding(11) var local_maps: texture_2d_array<f32>;
 
 fn part_is(bit: u32) -> bool {
   return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;

@@ -1,6 +1,6 @@
 #import surface
 #import mirror
-#import cube_lod
+#import map_lookup
 
 // Parameterized environment maps: lookups of the layers, blended over samples of the parameter space.
 
@@ -20,27 +20,62 @@ struct Lookup {
   lod: f32,
 }
 
+fn distant_parameterization() -> u32 {
+  return select(DISTANT_PARAMETERIZATION, part.distant.parameterization, DISTANT_PARAMETERIZATION == 0xffffffffu);
+}
+
+fn local_parameterization() -> u32 {
+  return select(LOCAL_PARAMETERIZATION, part.local.parameterization, LOCAL_PARAMETERIZATION == 0xffffffffu);
+}
+
 fn distant_lookup(m: Mirrors) -> Lookup {
-  return layer_lookup(select(DISTANT_KIND, part.distant.geometry.kind_a.x, DISTANT_KIND < 0.0), part.distant, m);
+  let geometry = select(DISTANT_KIND, part.distant.geometry.kind_a.x, DISTANT_KIND < 0.0);
+  return layer_lookup(geometry, distant_parameterization(), part.distant, m);
 }
 
 fn local_lookup(m: Mirrors) -> Lookup {
-  return layer_lookup(select(LOCAL_KIND, part.local.geometry.kind_a.x, LOCAL_KIND < 0.0), part.local, m);
+  let geometry = select(LOCAL_KIND, part.local.geometry.kind_a.x, LOCAL_KIND < 0.0);
+  return layer_lookup(geometry, local_parameterization(), part.local, m);
 }
 
-fn layer_lookup(kind: f32, layer: Layer, m: Mirrors) -> Lookup {
-  let d = lookup_direction(kind, layer.geometry, m.p0, m.r0);
-  let dx = lookup_direction(kind, layer.geometry, m.p1, m.r1);
-  let dy = lookup_direction(kind, layer.geometry, m.p2, m.r2);
-  return Lookup(d, cube_lod(d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
+// In the world's frame: the LOD of the one view-dependent map, the gazing ball, is the same in any.
+fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) -> Lookup {
+  let d = lookup_direction(geometry, layer.geometry, m.p0, m.r0);
+  let dx = lookup_direction(geometry, layer.geometry, m.p1, m.r1);
+  let dy = lookup_direction(geometry, layer.geometry, m.p2, m.r2);
+  return Lookup(d, map_lod(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
-fn distant_texel(l: Lookup, slot: i32) -> vec4f {
-  return textureSampleLevel(distant_maps, map_sampler, l.direction, slot, l.lod);
+// What blended sample k shows. The hardware filters cubes; other maps are filtered here, seamlessly.
+fn distant_texel(l: Lookup, k: u32) -> vec4f {
+  let slot = i32(frame.blend[k].y);
+  let kind = distant_parameterization();
+  if (kind == CUBE) {
+    return textureSampleLevel(distant_cubes, cube_sampler, l.direction, slot, l.lod);
+  }
+  return sample_map(kind, distant_maps, slot * face_count(kind), in_map(kind, l.direction, k), l.lod);
 }
 
-fn local_texel(l: Lookup, slot: i32) -> vec4f {
-  return textureSampleLevel(local_maps, map_sampler, l.direction, slot, l.lod);
+fn local_texel(l: Lookup, k: u32) -> vec4f {
+  let slot = i32(frame.blend[k].y);
+  let kind = local_parameterization();
+  if (kind == CUBE) {
+    return textureSampleLevel(local_cubes, cube_sampler, l.direction, slot, l.lod);
+  }
+  return sample_map(kind, local_maps, slot * face_count(kind), in_map(kind, l.direction, k), l.lod);
+}
+
+// Array layers a map takes.
+fn face_count(kind: u32) -> i32 {
+  return select(1, 2, kind == DUAL_PARABOLOID);
+}
+
+// A direction in the frame of the map of blended sample k.
+fn in_map(kind: u32, d: vec3f, k: u32) -> vec3f {
+  if (kind == GAZING_BALL) {
+    return frame.map_from_world[k] * d;
+  }
+  return d;
 }
 
 // L + (1 - alpha) D of every blended sample, then their weighted sum: each sample's distant map counts as far as that
@@ -57,13 +92,12 @@ fn incident_radiance(m: Mirrors, use_local: bool) -> vec3f {
   }
   var sum = vec3f(0.0);
   for (var k = 0u; k < blend_count(); k++) {
-    let slot = i32(frame.blend[k].y);
     var seen = vec4f(0.0);
     if (use_local) {
-      seen = local_texel(near, slot);
+      seen = local_texel(near, k);
     }
     if (use_distant) {
-      seen += (1.0 - seen.a) * distant_texel(far, slot);
+      seen += (1.0 - seen.a) * distant_texel(far, k);
     }
     sum += frame.blend[k].x * seen.rgb;
   }

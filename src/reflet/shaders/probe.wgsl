@@ -7,7 +7,7 @@ fn blended_distant(m: Mirrors) -> vec4f {
   let l = distant_lookup(m);
   var sum = vec4f(0.0);
   for (var k = 0u; k < blend_count(); k++) {
-    sum += frame.blend[k].x * distant_texel(l, i32(frame.blend[k].y));
+    sum += frame.blend[k].x * distant_texel(l, k);
   }
   return sum;
 }
@@ -16,7 +16,7 @@ fn blended_local(m: Mirrors) -> vec4f {
   let l = local_lookup(m);
   var sum = vec4f(0.0);
   for (var k = 0u; k < blend_count(); k++) {
-    sum += frame.blend[k].x * local_texel(l, i32(frame.blend[k].y));
+    sum += frame.blend[k].x * local_texel(l, k);
   }
   return sum;
 }
