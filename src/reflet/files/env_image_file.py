@@ -1,37 +1,299 @@
-"""The one entrance to files of env images: which form a file has, and which parameterization its picture is."""
+"""The one entrance to files of env images: which form a file has, and which parameterization it holds.
+
+A file's own word comes first (KTX metadata, a string attribute of .exr, text of .png, a variable of .hdr's header), and
+then its shape: twice as wide as high is lat-long, strips and crosses are cubes. A square may be any of the round and
+the octahedral maps: who reads it has to say which.
+
+Radiance must be finite. Negative values, which resampling filters and renderers leave behind, are kept here; whoever
+takes the map for light refuses them (`read_environment`).
+"""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.latlong import LatLong
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.resample import radiance_at
 from reflet.errors import RefletError
-from reflet.files.exr import read_exr, write_exr
-from reflet.files.hdr import read_hdr
+from reflet.files import dds, ktx1, ktx2_container
+from reflet.files.atomic import atomic_path
+from reflet.files.cube_layouts import as_seen_inside, faces_from_picture, layout_of, picture_from_faces
+from reflet.files.env_texture import (
+    KEY,
+    as_radiance,
+    levels_from_texture,
+    named_parameterization,
+    texture_from_levels,
+)
+from reflet.files.file_facts import FileFacts
+from reflet.files.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
+from reflet.files.picture_file import READ, WRITTEN, PictureFile, read_picture_file, write_picture_file
+from reflet.files.six_files import PLACEHOLDER, named_files, six_files
+from reflet.files.texture import Texture
+
+_Path = str | os.PathLike[str]
+
+NOTE = "parameterization"
+"""The name under which pictures tell theirs."""
+
+_READERS: dict[bytes, tuple[str, Callable[[_Path], Texture]]] = {
+    ktx2_container.IDENTIFIER: ("KTX 2.0", ktx2_container.read_texture),
+    ktx1.IDENTIFIER: ("KTX 1", ktx1.read_ktx1_texture),
+    dds.MAGIC: ("DDS", dds.read_dds_texture),
+}
+_WRITERS: dict[str, Callable[[_Path, Texture], None]] = {
+    ".ktx2": ktx2_container.write_texture,
+    ".ktx": ktx1.write_ktx1_texture,
+    ".dds": dds.write_dds_texture,
+}
+_LATLONG = LatLong()
 
 
-def read_env_image(path: str | os.PathLike[str], parameterization: Parameterization | None = None) -> EnvImage:
+def read_env_image(path: _Path, parameterization: Parameterization | None = None) -> EnvImage:
     """The finest level of `read_levels`."""
     return read_levels(path, parameterization)[0]
 
 
-def read_levels(path: str | os.PathLike[str], parameterization: Parameterization | None = None) -> tuple[EnvImage, ...]:
-    """All mip levels of a file, finest first; pictures have one."""
-    image = read_hdr(path) if Path(path).suffix.lower() == ".hdr" else read_exr(path)
-    height, width = image.shape[:2]
-    if parameterization is None:
-        if width != 2 * height:
-            raise RefletError(f"{path} is {width}×{height} pixels, which may be several things; name its kind.")
-        parameterization = PARAMETERIZATIONS["latlong"]
-    faces, rows, columns = parameterization.shape(height // parameterization.face_count)
-    return (EnvImage(parameterization, image.reshape(faces, rows, columns, -1)),)
+def read_levels(path: _Path, parameterization: Parameterization | None = None) -> tuple[EnvImage, ...]:
+    """All mip levels of a file, finest first, as linear radiance in float32; pictures have one.
+
+    ``path`` may also name six files of a cube: a folder that holds them, or a name with ``{face}`` in it, such as
+    sky_{face}.hdr. ``parameterization`` says what the file holds where it does not tell, and outweighs what it says.
+
+    Raises RefletError where files are missing, damaged or of other kinds, where their radiance is not finite, where
+    their shape does not suit the parameterization, and where the parameterization is not known.
+    """
+    path = Path(path)
+    files = six_files(path, READ)
+    if files is not None:
+        levels: tuple[EnvImage, ...] = (_cube_from_files(files, parameterization),)
+    elif (reader := _texture_reader(path)) is not None:
+        levels = _levels_of_texture(path, reader[1](path), parameterization)
+    else:
+        levels = (_image_of_picture(path, read_picture_file(path), parameterization),)
+    for level in levels:
+        _check_finite(path, level)
+    return levels
 
 
-def write_env_image(path: str | os.PathLike[str], levels: Sequence[EnvImage], layout: str | None = None) -> None:
-    """Writes the finest of ``levels`` as a picture, the faces one below the other."""
-    texels = levels[0].texels
-    write_exr(path, np.ascontiguousarray(texels.reshape(-1, *texels.shape[2:]), np.float32))
+def file_facts(path: _Path) -> FileFacts:
+    """What a file says of itself. Raises RefletError where it cannot be read."""
+    path = Path(path)
+    files = six_files(path, READ)
+    if files is not None:
+        face = read_picture_file(files[0])
+        height, width, channels = face.pixels.shape
+        form = READ[files[0].suffix.lower()]
+        return FileFacts(form, CUBE, "faces", height, width, 6, 1, channels, _stored_as(files[0]), None, face.notes)
+    reader = _texture_reader(path)
+    if reader is not None:
+        texture = reader[1](path)
+        laid_out = _of_texture(texture)
+        layout = "cube" if texture.is_cube else "layers" if texture.image_count > 1 else "single"
+        return FileFacts(
+            reader[0],
+            laid_out,
+            layout if laid_out else None,
+            texture.rows,
+            texture.columns,
+            texture.image_count,
+            len(texture.levels),
+            texture.texel_format.channels,
+            texture.texel_format.name,
+            texture.supercompression,
+            {key: _as_text(value) for key, value in texture.metadata.items()},
+        )
+    picture = read_picture_file(path)
+    height, width, channels = picture.pixels.shape
+    laid_out = _of_picture(picture)
+    lies = "openexr" if picture.openexr_layout else layout_of(laid_out, height, width) if laid_out else None
+    form = READ[path.suffix.lower()]
+    return FileFacts(form, laid_out, lies, height, width, 1, 1, channels, _stored_as(path), None, picture.notes)
+
+
+def _stored_as(path: Path) -> str:
+    return {".hdr": "rgbe", ".exr": "half or float"}.get(path.suffix.lower(), "srgb")
+
+
+def _as_text(value: bytes) -> str:
+    text = value.decode("utf-8", "replace")
+    return text if all(c.isprintable() or c in "\n\t" for c in text) and "\ufffd" not in text else f"{len(value)} bytes"
+
+
+def _cube_from_files(files: tuple[Path, ...], parameterization: Parameterization | None) -> EnvImage:
+    if parameterization not in (None, CUBE):
+        raise RefletError(f"Six files are a cube, not {parameterization}; give one file.")
+    faces = [as_radiance([read_picture_file(file).pixels])[0] for file in files]
+    for file, face in zip(files, faces, strict=True):
+        if face.shape != (faces[0].shape[0], faces[0].shape[0], faces[0].shape[2]):
+            height, width, _ = face.shape
+            raise RefletError(f"{file} is {width}×{height} pixels; a cube's six files are alike and square.")
+    return EnvImage(CUBE, as_seen_inside(np.stack(faces)))
+
+
+def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None:
+    """By what the file begins with; by its suffix only that it is no picture. Raises RefletError for other files."""
+    suffix = path.suffix.lower()
+    if suffix not in READ and suffix not in _WRITERS:
+        known = " ".join([*READ, *_WRITERS])
+        raise RefletError(f"{path} is no environment map that can be read; give a file that ends in {known}.")
+    if suffix in READ:
+        return None
+    try:
+        with path.open("rb") as file:
+            head = file.read(12)
+    except OSError as error:
+        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+    for identifier, reader in _READERS.items():
+        if head.startswith(identifier):
+            return reader
+    raise RefletError(f"{path} is neither a KTX nor a DDS file; it may be damaged or misnamed.")
+
+
+def _of_texture(texture: Texture) -> Parameterization | None:
+    named = named_parameterization(_as_text(texture.metadata.get(KEY, b"")))
+    if named is not None:
+        return named
+    if texture.is_cube:
+        return CUBE
+    shape = (texture.image_count, texture.rows, texture.columns)
+    guesses = (_LATLONG, PARAMETERIZATIONS["dual_paraboloid"])
+    return next((guess for guess in guesses if guess.shape(texture.rows) == shape), None)
+
+
+def _levels_of_texture(path: Path, texture: Texture, parameterization: Parameterization | None) -> tuple[EnvImage, ...]:
+    laid_out = parameterization or _of_texture(texture)
+    images, rows, columns = texture.image_count, texture.rows, texture.columns
+    if laid_out is None:
+        fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
+        raise RefletError(_unknown(path, f"{columns}×{rows} texels in {images} layers", fitting))
+    levels = levels_from_texture(texture, laid_out)
+    if not levels:
+        what = f"{columns}×{rows} texels in {images} {'faces' if texture.is_cube else 'layers'}"
+        raise RefletError(f"{path} holds {what}, which is no {laid_out} map; {_expected(laid_out)}.")
+    return levels
+
+
+def _of_picture(picture: PictureFile) -> Parameterization | None:
+    if picture.openexr_layout:
+        return CUBE if picture.openexr_layout == "cube" else _LATLONG
+    height, width, _ = picture.pixels.shape
+    named = named_parameterization(picture.notes.get(NOTE))
+    if named is not None and layout_of(named, height, width):
+        return named
+    return next((guess for guess in (_LATLONG, CUBE) if layout_of(guess, height, width)), None)
+
+
+def _image_of_picture(path: Path, picture: PictureFile, parameterization: Parameterization | None) -> EnvImage:
+    pixels = as_radiance([picture.pixels])[0]
+    height, width, _ = pixels.shape
+    if picture.openexr_layout is not None:
+        openexr = CUBE if picture.openexr_layout == "cube" else _LATLONG
+        if parameterization not in (None, openexr):
+            raise RefletError(f"{path} says that it is OpenEXR's {openexr} map, not {parameterization}.")
+        return cube_from_openexr(pixels) if openexr == CUBE else latlong_from_openexr(pixels)
+    laid_out = parameterization or _of_picture(picture)
+    if laid_out is None:
+        fitting = [name for name, each in PARAMETERIZATIONS.items() if layout_of(each, height, width)]
+        raise RefletError(_unknown(path, f"{width}×{height} pixels", fitting))
+    layout = layout_of(laid_out, height, width)
+    if layout is None:
+        raise RefletError(f"{path} is {width}×{height} pixels, which is no {laid_out} map; {_expected(laid_out)}.")
+    return faces_from_picture(pixels, laid_out, layout)
+
+
+def _unknown(path: Path, what: str, fitting: Sequence[str]) -> str:
+    if fitting:
+        return (
+            f"{path} is {what}, which does not tell what kind of map it is; say {' or '.join(fitting)} (--from NAME)."
+        )
+    return f"{path} is {what}, which is no map of any kind; lat-long is 2:1, cubes are 6:1, 1:6, 4:3 or 3:4."
+
+
+def _expected(laid_out: Parameterization) -> str:
+    if laid_out == CUBE:
+        return "a cube is a strip of six squares (6:1, 1:6), a cross (4:3, 3:4) or a cube texture"
+    if laid_out.face_count == 2:
+        return "it is two squares beside each other (2:1), one below the other, or two layers"
+    return f"it is {'twice as wide as high' if laid_out.aspect == 2 else 'square'}"
+
+
+def _check_finite(path: Path, image: EnvImage) -> None:
+    if not np.isfinite(image.texels).all():
+        raise RefletError(f"{path} holds radiance that is not finite (NaN or infinite); repair these pixels.")
+
+
+def write_env_image(
+    path: _Path,
+    levels: Sequence[EnvImage],
+    layout: str | None = None,
+    *,
+    texel_format: str | None = None,
+    zstd: bool = False,
+) -> None:
+    """Writes a map in the format that the suffix of ``path`` tells, whole or not at all.
+
+    .ktx2, .ktx and .dds take all ``levels``, finest first, as "half" (the default), "float", "rgb9e5" or "r11g11b10f";
+    .ktx2 packed by Zstandard if ``zstd``. Other files take one level: .hdr; .exr as "float" (the default) or "half";
+    .png, clipped to [0, 1] and sRGB-encoded. ``layout`` is how the faces of a cube lie in it: vertical-strip (the
+    default), horizontal-strip, vertical-cross or horizontal-cross; a ``path`` with ``{face}`` in its name is six files,
+    px nx py ny pz nz. For .exr it may be "openexr": lat-long maps and cubes as OpenEXR lays them out, marked by its
+    ``envmap`` attribute.
+
+    Raises RefletError where radiance is not finite, where the format cannot hold the map, and where a file cannot be
+    written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    for level in levels:
+        if not np.isfinite(level.texels).all():
+            raise RefletError(f"{path} cannot be written: the radiance is not finite everywhere.")
+    if zstd and suffix != ".ktx2":
+        raise RefletError(f"{path} cannot be packed by Zstandard; only .ktx2 can.")
+    if suffix in _WRITERS:
+        if layout is not None:
+            raise RefletError(f"{path} holds its faces as a texture; the layout {layout} is for pictures.")
+        _WRITERS[suffix](path, texture_from_levels(levels, texel_format or "half", zstd=zstd))
+        return
+    if suffix not in WRITTEN:
+        known = " ".join([*WRITTEN, *_WRITERS])
+        raise RefletError(f"{path} has no format that can be written; give a name that ends in one of {known}.")
+    if len(levels) > 1:
+        raise RefletError(f"{path} can hold one mip level, not {len(levels)}; leave them out or write .ktx2.")
+    if texel_format not in (None, "float", "half") or (texel_format is not None and suffix != ".exr"):
+        raise RefletError(f"{path} cannot be stored as {texel_format}; leave that out.")
+    _write_picture(path, levels[0], layout, half=texel_format == "half")
+
+
+def _write_picture(path: Path, image: EnvImage, layout: str | None, *, half: bool) -> None:
+    texels = np.asarray(image.texels, np.float32)
+    notes = {NOTE: image.parameterization.name}
+    if PLACEHOLDER in path.name:
+        if image.parameterization != CUBE or layout is not None:
+            raise RefletError(f"{path} names six files, which are for cubes and have no layout.")
+        with ExitStack() as all_or_none:
+            for final, face in zip(named_files(path), as_seen_inside(texels), strict=True):
+                write_picture_file(all_or_none.enter_context(atomic_path(final)), face, {NOTE: "cube face"}, half=half)
+    elif layout == "openexr":
+        _write_openexr(path, image, half=half)
+    else:
+        write_picture_file(path, picture_from_faces(EnvImage(image.parameterization, texels), layout), notes, half=half)
+
+
+def _write_openexr(path: Path, image: EnvImage, *, half: bool) -> None:
+    if path.suffix.lower() != ".exr" or image.parameterization not in (CUBE, _LATLONG):
+        raise RefletError(
+            f"{path} cannot be laid out as OpenEXR does; that is for .exr files of lat-long maps and cubes."
+        )
+    layout: Literal["latlong", "cube"] = "cube" if image.parameterization == CUBE else "latlong"
+    width, height = (image.size, 6 * image.size) if layout == "cube" else (2 * image.size, image.size)
+    directions = openexr_directions(layout, width, height)
+    write_picture_file(path, radiance_at(image, directions).astype(np.float32), {}, openexr_layout=layout, half=half)

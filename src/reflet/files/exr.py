@@ -2,7 +2,7 @@
 
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -30,18 +30,19 @@ def write_exr(
     image: Float32[np.ndarray, "height width channels"],
     layout: Layout | None = None,
     half: bool = False,
+    notes: Mapping[str, str] | None = None,
 ) -> None:
     """Writes a picture of 1 (Y), 3 (RGB) or 4 (RGBA) channels, losslessly compressed, atomically.
 
     Samples are 32-bit floats, or 16-bit ones if ``half``. With a ``layout`` the file's ``envmap`` attribute says so;
-    the picture has to be laid out as `openexr_layout` says. Raises RefletError if the file cannot be written, or if
-    half floats cannot hold the radiance.
+    the picture has to be laid out as `openexr_layout` says. ``notes`` become string attributes. Raises RefletError if
+    the file cannot be written, or if half floats cannot hold the radiance.
     """
     name = _CHANNELS[image.shape[2]]
     if half and np.abs(image[np.isfinite(image)]).max(initial=0.0) > _LARGEST_HALF:
         raise RefletError(f"{path} cannot be written in half floats, which end at 65504; write 32-bit floats.")
     pixels = np.ascontiguousarray(image if name != "Y" else image[..., 0], dtype=np.float16 if half else np.float32)
-    header: dict[str, Any] = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header: dict[str, Any] = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(notes or {})}
     if layout is not None:
         header["envmap"] = OpenEXR.ENVMAP_LATLONG if layout == "latlong" else OpenEXR.ENVMAP_CUBE
     with atomic_path(path) as temporary, OpenEXR.File(header, {name: pixels}) as file:
@@ -85,7 +86,7 @@ def read_exr_layout(
     if not os.path.isfile(path):
         raise RefletError(f"{path} does not exist; check the name.")
     try:
-        with _quiet() as said:
+        with quiet() as said:
             with OpenEXR.File(os.fspath(path), header_only=True) as file:
                 for each in file.parts:
                     _check_part(path, each.header)
@@ -104,7 +105,7 @@ def read_exr(path: str | os.PathLike[str], part: str | None = None) -> Float32[n
 
 
 @contextmanager
-def _quiet() -> Iterator[io.StringIO]:
+def quiet() -> Iterator[io.StringIO]:
     """Keeps what the library prints about damaged files, beside raising, from the process's output.
 
     It writes to standard error by itself, and to Python's standard output where it skips a part; the latter is handed

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -214,8 +215,14 @@ def _scale(rgbe: np.ndarray, scale: np.ndarray, out: np.ndarray) -> None:
                 out[row, column, channel] = rgbe[row, column, channel] * scale[rgbe[row, column, 3], channel]
 
 
-def write_hdr(path: str | os.PathLike[str], image: Float32[np.ndarray, "height width 3"]) -> None:
+def write_hdr(
+    path: str | os.PathLike[str],
+    image: Float32[np.ndarray, "height width 3"],
+    notes: Mapping[str, str] | None = None,
+) -> None:
     """Writes linear Rec. 709 radiance as RGBE with the new run-length form, atomically.
+
+    ``notes`` become variables of its header, upper-case by custom.
 
     Each component is within half a step of the mantissa: 1/512 to 1/256 of the pixel's largest component. Raises
     RefletError for radiance that is negative, not finite or above 1.7e38, which RGBE cannot hold, and where the file
@@ -228,7 +235,8 @@ def write_hdr(path: str | os.PathLike[str], image: Float32[np.ndarray, "height w
         what = low if low < 0.0 else high
         raise RefletError(f"{path} cannot be written: .hdr holds no radiance of {what:g}; clip it.")
     height, width = image.shape[:2]
-    header = b"#?RADIANCE\nSOFTWARE=reflet\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width)
+    said = "".join(f"{key.upper()}={value}\n" for key, value in (notes or {}).items()).encode()
+    header = b"#?RADIANCE\nSOFTWARE=reflet\n%sFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (said, height, width)
     # at worst a number before each 128 literal bytes
     room = np.empty(height * 4 * (width + width // 128 + 2), np.uint8)
     length = _encode(np.ascontiguousarray(image), room)

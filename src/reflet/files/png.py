@@ -2,12 +2,14 @@
 
 import io
 import os
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
 from PIL import Image, ImageOps
+from PIL.PngImagePlugin import PngInfo
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
@@ -18,10 +20,20 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 _DEFLATE_LIMIT = 1032  # no byte of a PNG file can stand for more than this many
 
 
-def write_png(path: str | os.PathLike[str], image_srgb: UInt8[np.ndarray, "height width channels"]) -> None:
-    """Writes an sRGB-encoded picture of 3 (RGB) or 4 (RGBA) channels, atomically. Raises RefletError if it cannot."""
+def write_png(
+    path: str | os.PathLike[str],
+    image_srgb: UInt8[np.ndarray, "height width channels"],
+    notes: Mapping[str, str] | None = None,
+) -> None:
+    """Writes an sRGB-encoded picture of 3 (RGB) or 4 (RGBA) channels, atomically; ``notes`` become its text.
+
+    Raises RefletError if it cannot.
+    """
+    info = PngInfo()
+    for key, value in (notes or {}).items():
+        info.add_text(key, value)
     with atomic_path(path) as temporary:
-        Image.fromarray(np.ascontiguousarray(image_srgb)).save(temporary, format="PNG")
+        Image.fromarray(np.ascontiguousarray(image_srgb)).save(temporary, format="PNG", pnginfo=info)
 
 
 def decode_picture(data: bytes, name: str) -> UInt8[np.ndarray, "height width 4"]:
