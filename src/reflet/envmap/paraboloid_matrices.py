@@ -39,9 +39,9 @@ def texture_matrix(face: int, map_from_eye: Float[np.ndarray, "3 3"]) -> Matrix:
 def marked_levels(levels: Sequence[EnvImage], ring: float) -> tuple[EnvImage, ...]:
     """Levels of a dual paraboloid whose alpha marks, by 1, the texels that a hemisphere's pass may show; else it is 0.
 
-    These are the texels whose centres lie in the disc, or at most ``ring`` texels of their own level outside. A filtered
-    alpha is 1 only where all four texels are marked, so that without a ring of one or two texels [Heidrich98, sec. 7]
-    neither hemisphere shows the rim.
+    These are the texels whose centres lie in the disc, or at most ``ring`` texels of their own level outside. A
+    filtered alpha is 1 only where all four texels are marked, so that without a ring of one or two texels
+    [Heidrich98, sec. 7] neither hemisphere shows the rim.
     """
     return tuple(_marked(level.texels, ring) for level in levels)
 

@@ -1,10 +1,14 @@
 """Meshes on the device, and pictures to draw them into."""
 
+from dataclasses import replace
+
 import numpy as np
 import wgpu
 from jaxtyping import Float32
 
+from reflet.errors import RefletError
 from reflet.render.textures import check_size
+from reflet.scene.camera import Camera
 from reflet.scene.mesh import Mesh
 
 VERTEX_BUFFERS = [
@@ -40,13 +44,18 @@ class DeviceMesh:
 
 
 class Picture:
-    """A colour texture of four floats a pixel, with depth: 20 bytes a pixel."""
+    """What a camera sees, with 1, 4 or 16 samples a pixel in a regular grid: 20 bytes a sample."""
 
     FORMAT = "rgba32float"
 
-    def __init__(self, device: wgpu.GPUDevice, width: int, height: int) -> None:
+    def __init__(self, device: wgpu.GPUDevice, camera: Camera, samples: int = 1) -> None:
+        if samples not in (1, 4, 16):
+            raise RefletError(f"A picture has 1, 4 or 16 samples a pixel, not {samples}.")
+        self._device, self._per_axis = device, round(samples**0.5)
+        # The same view with a pixel for every sample.
+        self.camera = replace(camera, width=camera.width * self._per_axis, height=camera.height * self._per_axis)
+        width, height = self.camera.width, self.camera.height
         check_size(device, width, height, "A picture")
-        self._device, self.size = device, (width, height)
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT
         self._colour = device.create_texture(
             size=(width, height, 1), format=self.FORMAT, usage=usage | wgpu.TextureUsage.COPY_SRC
@@ -58,12 +67,13 @@ class Picture:
         return begin_pass(encoder, self._colour.create_view(), self._depth.create_view())
 
     def read(self) -> Float32[np.ndarray, "height width 4"]:
-        """The pixels, row 0 at the top."""
-        width, height = self.size
+        """The pixels, row 0 at the top: means of their samples."""
+        width, height, n = self.camera.width, self.camera.height, self._per_axis
         data = self._device.queue.read_texture(
             {"texture": self._colour}, {"bytes_per_row": 16 * width, "rows_per_image": height}, (width, height, 1)
         )
-        return np.frombuffer(data, np.float32).reshape(height, width, 4).copy()
+        samples = np.frombuffer(data, np.float32).reshape(height // n, n, width // n, n, 4)
+        return samples.mean((1, 3), dtype=np.float32)
 
 
 def begin_pass(

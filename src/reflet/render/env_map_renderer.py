@@ -1,25 +1,22 @@
 """Draws meshes that mirror a plain env map of any parameterization, before that environment."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 import wgpu
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 
 from reflet.envmap.env_image import EnvImage
-from reflet.errors import RefletError
 from reflet.render.device import shared_device
 from reflet.render.device_mesh import VERTEX_BUFFERS, DeviceMesh, Picture, depth_state
 from reflet.render.env_map_texture import EnvMapTexture, env_map_group, env_map_layout, upload_env_map
-from reflet.render.views import Views, camera_view, view_layout
+from reflet.render.views import Rotation, Views, camera_view, view_layout
 from reflet.scene.camera import Camera
 from reflet.scene.mesh import Mesh
 from reflet.shaders.link import link
 
 Vec3 = tuple[float, float, float]
-Rotation = Float[np.ndarray, "3 3"]
 
 
 def view_frame(camera: Camera) -> Rotation:
@@ -127,14 +124,10 @@ class EnvMapRenderer:
 
         ``frame`` is ``map_from_world``, the rotation of directions into the map's own space, by default none; a map
         that depends on the view is its caller's to make and to turn (`view_frame`). ``samples`` a pixel are 1, 4 or
-        16, in a regular grid; memory on the device is 20 bytes a sample.
+        16 (`Picture`).
         """
-        if samples not in (1, 4, 16):
-            raise RefletError(f"A picture has 1, 4 or 16 samples a pixel, not {samples}.")
-        per_axis = round(samples**0.5)
-        fine = replace(camera, width=camera.width * per_axis, height=camera.height * per_axis)
-        target = Picture(self.device, fine.width, fine.height)
-        self._views.write([camera_view(fine)], np.eye(4)[None])
+        target = Picture(self.device, camera, samples)
+        self._views.write([camera_view(target.camera)], np.eye(4)[None])
         group = self._programs.map_group(env_map, frame)
         encoder = self.device.create_command_encoder()
         render_pass = target.begin(encoder)
@@ -146,5 +139,4 @@ class EnvMapRenderer:
             self._programs.draw_backdrop(render_pass, env_map)
         render_pass.end()
         self.device.queue.submit([encoder.finish()])
-        samples_of = target.read().reshape(camera.height, per_axis, camera.width, per_axis, 4)
-        return samples_of.mean((1, 3), dtype=np.float32)
+        return target.read()

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 import wgpu
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
@@ -14,7 +14,7 @@ from reflet.errors import RefletError
 from reflet.render.device import shared_device
 from reflet.render.device_mesh import VERTEX_BUFFERS, DeviceMesh, Picture, depth_state
 from reflet.render.env_map_texture import upload_env_map
-from reflet.render.views import Views, camera_view, view_layout
+from reflet.render.views import Rotation, Views, camera_view, view_layout
 from reflet.scene.camera import Camera
 from reflet.scene.mesh import Mesh
 from reflet.shaders.link import link
@@ -54,7 +54,7 @@ class ParaboloidRenderer:
         self,
         camera: Camera,
         *,
-        frame: Float[np.ndarray, "3 3"] | None = None,
+        frame: Rotation | None = None,
         method: Literal["two_pass", "one_pass"] = "two_pass",
     ) -> Float32[np.ndarray, "height width 4"]:
         """Linear radiance with one sample a pixel; alpha 0 where nothing was drawn, thus in gaps between hemispheres.
@@ -62,7 +62,7 @@ class ParaboloidRenderer:
         ``frame`` is ``map_from_world``, a rotation. Two passes: the front by its alpha test, then the back by its own
         where the front drew nothing. One pass: the front over the back by the front's filtered alpha.
         """
-        target = Picture(self._device, camera.width, camera.height)
+        target = Picture(self._device, camera)
         self._views.write([camera_view(camera)], np.eye(4)[None])
         group = self._map_group(camera, np.eye(3) if frame is None else frame)
         encoder = self._device.create_command_encoder()
@@ -76,7 +76,7 @@ class ParaboloidRenderer:
         self._device.queue.submit([encoder.finish()])
         return target.read()
 
-    def _map_group(self, camera: Camera, map_from_world: Float[np.ndarray, "3 3"]) -> wgpu.GPUBindGroup:
+    def _map_group(self, camera: Camera, map_from_world: Rotation) -> wgpu.GPUBindGroup:
         right, up, forward = camera.frame()
         eye_from_world = np.stack([right, up, -forward])
         uniform = np.zeros((), _UNIFORM)
@@ -89,7 +89,7 @@ class ParaboloidRenderer:
         return self._device.create_bind_group(layout=self._map_layout, entries=entries)
 
     def _pipeline(self, module: wgpu.GPUShaderModule, name: str) -> wgpu.GPURenderPipeline:
-        # The front writes its depth, so that the back's fragments, which are no nearer, come only where it drew nothing.
+        # The front writes its depth: the back's fragments, which are no nearer, come only where it drew nothing.
         return self._device.create_render_pipeline(
             layout=self._device.create_pipeline_layout(bind_group_layouts=[self._layout, self._map_layout]),
             vertex={"module": module, "entry_point": "vertex_paraboloid", "buffers": VERTEX_BUFFERS},

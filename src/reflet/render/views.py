@@ -9,10 +9,12 @@ from jaxtyping import Float
 from reflet.envmap.cube import AXES
 from reflet.scene.camera import Camera, Vec3
 
+Rotation = Float[np.ndarray, "3 3"]
+
 VIEW = np.dtype(
     [
         ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("near", "f4"), ("ray_corner", "f4", 3),
-        ("front_is_clockwise", "u4"), ("ray_dx", "f4", 3), ("face", "u4"), ("ray_dy", "f4", 3), ("padding", "u4"),
+        ("front_is_clockwise", "u4"), ("ray_dx", "f4", 3), ("face", "u4"), ("ray_dy", "f4", 3), ("row", "f4"),
     ]
 )  # fmt: skip
 
@@ -25,51 +27,51 @@ def camera_view(camera: Camera) -> np.ndarray:
     near = _NEAR_SHARE * float(np.linalg.norm(np.subtract(camera.target, camera.position)))
     clip_from_world = camera.clip_from_world(1.0, 2.0)
     clip_from_world[2] = 0.0, 0.0, 0.0, near  # reversed: near/distance, which floats resolve evenly at all distances
-    return _view(clip_from_world, camera.position, near, *camera.ray_basis())
+    view = np.zeros((), VIEW)
+    view["clip_from_world"], view["eye"], view["near"] = clip_from_world.T, camera.position, near
+    view["ray_corner"], view["ray_dx"], view["ray_dy"] = camera.ray_basis()
+    return view
 
 
-def cube_view(face: int, eye: Vec3, near: float, size: int, map_from_world: Float[np.ndarray, "3 3"]) -> np.ndarray:
-    """`VIEW` of 90° from ``eye`` onto a cube's face of ``size``² pixels.
+def face_view(face: int, size: int) -> np.ndarray:
+    """`VIEW` of a whole face of a map of ``size`` rows, into which other maps are drawn."""
+    view = np.zeros((), VIEW)
+    view["face"], view["row"] = face, 1.0 / size
+    return view
+
+
+def cube_view(face: int, size: int, eye: Vec3, near: float, map_from_world: Rotation) -> np.ndarray:
+    """`VIEW` of 90° from ``eye`` onto a cube's face.
 
     A face's s runs right, its t down: seen from inside, that is a mirrored picture, where fronts come out clockwise.
     """
     outward, right, down = AXES[face] @ map_from_world
-    clip_from_world = _from(eye, np.stack([right, -down, np.zeros(3), outward]))
+    clip_from_world = _seen_from(eye, np.stack([right, -down, np.zeros(3), outward]))
     clip_from_world[2, 3] = near
-    dx, dy = right * (2.0 / size), down * (2.0 / size)
-    return _view(clip_from_world, eye, near, outward - right - down, dx, dy, face, mirrors=True)
+    return _onto_face(face, size, clip_from_world, eye, near, mirrors=True)
 
 
-def paraboloid_view(face: int, eye: Vec3, near: float, map_from_world: Float[np.ndarray, "3 3"]) -> np.ndarray:
+def paraboloid_view(face: int, size: int, eye: Vec3, near: float, map_from_world: Rotation) -> np.ndarray:
     """`VIEW` from ``eye`` onto a face of a dual paraboloid: ``clip_from_world`` only leads into the map's space.
 
     The front's picture is mirrored, with x to the right as z comes towards the viewer; the back's is not.
     """
-    none = np.zeros(3)
-    affine = _from(eye, np.concatenate([map_from_world, [none]]))
+    affine = _seen_from(eye, np.concatenate([map_from_world, np.zeros((1, 3))]))
     affine[3, 3] = 1.0
-    return _view(affine, eye, near, none, none, none, face, mirrors=face == 0)
+    return _onto_face(face, size, affine, eye, near, mirrors=face == 0)
 
 
-def _from(eye: Vec3, linear: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 4"]:
-    """The linear map of what is seen from ``eye``."""
+def _seen_from(eye: Vec3, linear: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 4"]:
+    """The linear map of what lies around ``eye``."""
     return np.concatenate([linear, -(linear @ np.asarray(eye))[:, None]], 1)
 
 
-def _view(
-    clip_from_world: Float[np.ndarray, "4 4"],
-    eye: Vec3,
-    near: float,
-    corner: Float[np.ndarray, "3"],
-    dx: Float[np.ndarray, "3"],
-    dy: Float[np.ndarray, "3"],
-    face: int = 0,
-    mirrors: bool = False,
+def _onto_face(
+    face: int, size: int, clip_from_world: Float[np.ndarray, "4 4"], eye: Vec3, near: float, mirrors: bool
 ) -> np.ndarray:
     view = np.zeros((), VIEW)
     view["clip_from_world"], view["eye"], view["near"] = clip_from_world.T, eye, near
-    view["ray_corner"], view["ray_dx"], view["ray_dy"] = corner, dx, dy
-    view["face"], view["front_is_clockwise"] = face, mirrors
+    view["front_is_clockwise"], view["face"], view["row"] = mirrors, face, 1.0 / size
     return view
 
 

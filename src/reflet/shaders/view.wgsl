@@ -12,9 +12,9 @@ struct View {
   ray_corner: vec3f,         // the ray through pixel coordinates (x, y) is ray_corner + x ray_dx + y ray_dy
   front_is_clockwise: u32,   // 1 for views that mirror: fronts come out clockwise
   ray_dx: vec3f,
-  face: u32,                 // of a paraboloid, where one is drawn
+  face: u32,                 // of a map, where one is drawn
   ray_dy: vec3f,
-  padding: u32,
+  row: f32,                  // height of a pixel in v, where a map's face is drawn
 }
 
 @group(0) @binding(0) var<uniform> view: View;
