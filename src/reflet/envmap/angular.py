@@ -13,7 +13,7 @@ _POLE = 1e-3  # sines below this are taken as this: keeps the sampling rate fini
 class Angular(Parameterization):
     """(x, y)·θ/(π·|(x, y)|) with θ the angle from -z [Debevec98]; u to the right (+x), v down (-y).
 
-    What lies ahead of a camera looking along -z is in the middle, what lies behind it on the rim.
+    What lies ahead of a camera looking along -z is in the middle, what lies behind it on the rim. Seen from inside.
     """
 
     name = "angular"

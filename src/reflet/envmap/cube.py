@@ -78,7 +78,10 @@ def texel_solid_angle(size: int) -> Float[np.ndarray, "size size"]:
 
 
 class Cube(Parameterization):
-    """Six perspective pictures, [Heidrich00, sec. 2.2]; u = (1 + s)/2, v = (1 + t)/2 on every face."""
+    """Six perspective pictures, [Heidrich00, sec. 2.2]; u = (1 + s)/2, v = (1 + t)/2 on every face.
+
+    Seen from outside, all six: the left-handed orientation that graphics APIs prescribe.
+    """
 
     name = "cube"
     kind = 0

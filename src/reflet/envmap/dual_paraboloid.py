@@ -15,7 +15,8 @@ class DualParaboloid(Parameterization):
     That is (d + d₀)/(d + d₀)·d₀ with d₀ = (0, 0, ±1) [Heidrich00, eq. 8], the stereographic projection: angles are
     kept, texels at the rim see a quarter of the solid angle of those in the middle. Each hemisphere fills the disc
     of its face; beyond the disc the face goes on into the other hemisphere, at the point that inversion in the circle
-    gives: (x, y) here is (x, y)/(x² + y²) there.
+    gives: (x, y) here is (x, y)/(x² + y²) there. Both are seen from +z: face 0 from outside, as in the mirror, face 1
+    from inside.
     """
 
     name = "dual_paraboloid"

@@ -11,7 +11,7 @@ class EqualAreaOctahedral(Parameterization):
     """Each octant fills a triangle evenly; laid out as the octahedral map: +y in the middle [Clarberg08].
 
     In the octant of positive x, z: with r = sqrt(1 - |y|) and φ = atan2(z, x)·2/π in [0, 1], (s, t) = (r·(1 - φ), r·φ);
-    where y < 0 mirrored at the diagonal: (1 - t, 1 - s).
+    where y < 0 mirrored at the diagonal: (1 - t, 1 - s). Seen from outside.
     """
 
     name = "equal_area_octahedral"

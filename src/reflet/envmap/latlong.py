@@ -9,7 +9,10 @@ _POLE = 1e-3  # sines below this are taken as this: keeps the sampling rate fini
 
 
 class LatLong(Parameterization):
-    """u = 1/2 + atan2(z, x)/2π, v = acos(y)/π. Twice as wide as high; a row at a pole is but a point."""
+    """u = 1/2 + atan2(z, x)/2π, v = acos(y)/π. Twice as wide as high; a row at a pole is but a point.
+
+    Seen from inside: +z lies to the right of +x.
+    """
 
     name = "latlong"
     kind = 1

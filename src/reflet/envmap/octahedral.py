@@ -12,7 +12,7 @@ class Octahedral(Parameterization):
     """p = d/(|x| + |y| + |z|) seen from above: +y in the middle, +x right, +z down, -y in the corners [Engelhardt08].
 
     Where y < 0 the point (p.x, p.z) is mirrored at the square's diagonal edge of its quadrant: (1 - |p.z|, 1 - |p.x|)
-    with the signs of p.x and p.z.
+    with the signs of p.x and p.z. Seen from outside, all of it.
     """
 
     name = "octahedral"

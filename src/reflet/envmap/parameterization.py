@@ -19,7 +19,11 @@ NONE = -1  # the face of a texel that is not there: beyond a corner of the cube
 
 
 class Parameterization(ABC):
-    """One way of laying all directions out flat. Instances hold nothing: two of one class are equal."""
+    """One way of laying all directions out flat. Instances hold nothing: two of one class are equal.
+
+    A face shows the sphere of directions from inside, as a camera in its centre does, or from outside, as a globe, or
+    a mirror, does: from inside, (∂d/∂u, ∂d/∂v, d) is right-handed. Each class says which.
+    """
 
     name: ClassVar[str]
     kind: ClassVar[int]  # its number in compiled kernels and shaders

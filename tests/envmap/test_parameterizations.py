@@ -1,0 +1,398 @@
+"""All parameterizations, by one suite: round trips, orientation, sampling rate, solid angles, seams, compiled twins."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from reflet.envmap.compiled_parameterization import direction_at, point_of, rate_at
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import NONE, Parameterization
+from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
+from reflet.envmap.texture_filter import sample
+from reflet.errors import RefletError
+
+EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)
+ROUND = ("dual_paraboloid", "gazing_ball", "angular")
+
+# Where the labelled directions lie: face, u, v. Half the root of 1/2 is the sphere map's place of 45° and 135°.
+H = np.sqrt(0.125)
+LABELS: dict[str, dict[tuple[int, int, int], tuple[int, float, float]]] = {
+    "cube": {
+        (1, 0, 0): (0, 0.5, 0.5), (-1, 0, 0): (1, 0.5, 0.5), (0, 1, 0): (2, 0.5, 0.5),
+        (0, -1, 0): (3, 0.5, 0.5), (0, 0, 1): (4, 0.5, 0.5), (0, 0, -1): (5, 0.5, 0.5),
+        # beside the centres, towards +y, and towards +z on the top and bottom: WebGPU's orientation
+        (2, 1, 0): (0, 0.5, 0.25), (-2, 1, 0): (1, 0.5, 0.25), (0, 2, 1): (2, 0.5, 0.75),
+        (0, -2, 1): (3, 0.5, 0.25), (0, 1, 2): (4, 0.5, 0.25), (0, 1, -2): (5, 0.5, 0.25),
+    },
+    "latlong": {
+        (1, 0, 0): (0, 0.5, 0.5), (0, 0, 1): (0, 0.75, 0.5), (0, 0, -1): (0, 0.25, 0.5), (-1, 0, 0): (0, 1.0, 0.5),
+        (0, 1, 0): (0, 0.5, 0.0), (0, -1, 0): (0, 0.5, 1.0), (1, 1, 0): (0, 0.5, 0.25), (1, -1, 0): (0, 0.5, 0.75),
+    },
+    "dual_paraboloid": {
+        (0, 0, 1): (0, 0.5, 0.5), (0, 0, -1): (1, 0.5, 0.5), (1, 0, 0): (0, 1.0, 0.5), (-1, 0, 0): (0, 0.0, 0.5),
+        (0, 1, 0): (0, 0.5, 0.0), (0, -1, 0): (0, 0.5, 1.0),
+        (3, 0, 4): (0, 2 / 3, 0.5), (0, 3, 4): (0, 0.5, 1 / 3),
+        (3, 0, -4): (1, 2 / 3, 0.5), (0, 3, -4): (1, 0.5, 1 / 3),
+    },
+    "gazing_ball": {
+        (0, 0, 1): (0, 0.5, 0.5), (1, 0, 0): (0, 0.5 + H, 0.5), (-1, 0, 0): (0, 0.5 - H, 0.5),
+        (0, 1, 0): (0, 0.5, 0.5 - H), (0, -1, 0): (0, 0.5, 0.5 + H), (0, 0, -1): (0, 1.0, 0.5),
+    },
+    "angular": {
+        (0, 0, -1): (0, 0.5, 0.5), (1, 0, 0): (0, 0.75, 0.5), (-1, 0, 0): (0, 0.25, 0.5),
+        (0, 1, 0): (0, 0.5, 0.25), (0, -1, 0): (0, 0.5, 0.75), (0, 0, 1): (0, 1.0, 0.5), (1, 0, 1): (0, 0.875, 0.5),
+    },
+    "octahedral": {
+        (0, 1, 0): (0, 0.5, 0.5), (1, 0, 0): (0, 1.0, 0.5), (-1, 0, 0): (0, 0.0, 0.5), (0, 0, 1): (0, 0.5, 1.0),
+        (0, 0, -1): (0, 0.5, 0.0), (0, -1, 0): (0, 1.0, 1.0),
+        (1, -2, 1): (0, 0.875, 0.875), (-1, -2, 1): (0, 0.125, 0.875),
+    },
+    "equal_area_octahedral": {
+        (0, 1, 0): (0, 0.5, 0.5), (1, 0, 0): (0, 1.0, 0.5), (-1, 0, 0): (0, 0.0, 0.5), (0, 0, 1): (0, 0.5, 1.0),
+        (0, 0, -1): (0, 0.5, 0.0), (0, -1, 0): (0, 1.0, 1.0), (-1, 0, 1): (0, 0.25, 0.75),
+    },
+}  # fmt: skip
+
+# The sign of det(∂d/∂u, ∂d/∂v, d) on each face: 1 seen from inside, -1 from outside.
+HANDEDNESS = {
+    "cube": [-1] * 6,
+    "latlong": [1],
+    "dual_paraboloid": [-1, 1],
+    "gazing_ball": [-1],
+    "angular": [1],
+    "octahedral": [-1],
+    "equal_area_octahedral": [-1],
+}
+
+
+def unit(direction: np.ndarray) -> np.ndarray:
+    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+
+
+def directions(count: int = 4000, seed: int = 0) -> np.ndarray:
+    """Directions of any length: all over the sphere, and close to axes, edges, diagonals and corners of all maps."""
+    rng = np.random.default_rng(seed)
+    special = np.array(
+        [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)]
+    )
+    near = special[rng.integers(0, len(special), count)] * rng.uniform(0.1, 10.0, (count, 1))
+    near += rng.standard_normal((count, 3)) * 10.0 ** rng.uniform(-12, -1, (count, 1))
+    return np.concatenate([special, near, rng.standard_normal((count, 3))])
+
+
+def places(p: Parameterization, count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Random faces and uv, for the round maps inside the disc."""
+    rng = np.random.default_rng(seed)
+    face, uv = rng.integers(0, p.face_count, count), rng.random((count, 2))
+    valid = p.direction_from_uv(face, uv)[1]
+    return face[valid], uv[valid]
+
+
+def jacobian(p: Parameterization, face: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """∂d/∂u, ∂d/∂v and d: central differences with an error of some 1e-10."""
+    step = 1e-6
+    at = [
+        p.direction_from_uv(face, uv + np.array(offset))[0] for offset in ((step, 0), (-step, 0), (0, step), (0, -step))
+    ]
+    return (at[0] - at[1]) / (2 * step), (at[2] - at[3]) / (2 * step), p.direction_from_uv(face, uv)[0]
+
+
+# --- round trips
+
+
+component = st.one_of(
+    st.floats(-1.0, 1.0, allow_subnormal=False),
+    st.sampled_from([0.0, 1.0, -1.0, 1e-3, -1e-3, 1e-8, -1e-8, 1e-15, 1 - 1e-9, -1 + 1e-9]),
+)
+share = st.one_of(st.floats(1e-9, 1.0), st.sampled_from([1e-9, 0.5, 0.5 + 1e-9, 0.5 - 1e-9, 1.0 - 1e-9, 1.0]))
+
+
+@EACH
+@settings(max_examples=25)
+@given(d=arrays(np.float64, (50, 3), elements=component))
+def test_a_direction_leads_to_its_place_and_back(p: Parameterization, d: np.ndarray) -> None:
+    d = d[np.abs(d).max(1) > 1e-3]
+    face, uv = p.uv_from_direction(d)
+    assert ((face >= 0) & (face < p.face_count)).all() and ((uv >= -1e-15) & (uv <= 1 + 1e-15)).all()
+    back, _ = p.direction_from_uv(face, uv)
+    error = np.abs(back - unit(d)).max(1)
+    # Some rounding of numbers near 1. On the sphere map's rim an arc sine ends: uv good to 1e-16 gives
+    # an angle good to the root of that.
+    tolerance = np.where(unit(d)[:, 2] < -0.99, 1e-7, 1e-13) if p.name == "gazing_ball" else 1e-14
+    assert (error <= tolerance).all()
+
+
+@EACH
+@settings(max_examples=25)
+@given(uv=arrays(np.float64, (50, 2), elements=share), which=arrays(np.float64, 50, elements=st.floats(0.0, 0.999)))
+def test_a_place_leads_to_its_direction_and_back(p: Parameterization, uv: np.ndarray, which: np.ndarray) -> None:
+    if (
+        p.name in ROUND
+    ):  # from the whole square into the disc, close to the rim but not on it, where all may be one point
+        place = 2.0 * uv - 1.0
+        uv = 0.5 + 0.5 * place * np.minimum(1.0, (1.0 - 1e-6) / np.maximum(np.hypot(*place.T), 1e-9))[:, None]
+    face = (which * p.face_count).astype(int)
+    direction, valid = p.direction_from_uv(face, uv)
+    assert valid.all()
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, atol=1e-14)
+    face_back, uv_back = p.uv_from_direction(direction)
+    np.testing.assert_allclose(p.direction_from_uv(face_back, uv_back)[0], direction, atol=1e-9)
+    within = np.minimum(uv, 1.0 - uv).min(1) > 1e-12  # on a seam, the place's other name is as good
+    np.testing.assert_array_equal(face_back[within], face[within])
+    # A direction's rounding of 1e-16 is as much of uv times the map's stretch there: 1e6 at most, see above.
+    np.testing.assert_allclose(uv_back[within], uv[within], atol=1e-9)
+
+
+@EACH
+def test_scale_does_not_matter(p: Parameterization) -> None:
+    d = directions(500)
+    face, uv = p.uv_from_direction(d)
+    for scale in (1e-6, 4096.0):
+        scaled_face, scaled_uv = p.uv_from_direction(scale * d)
+        near = p.direction_from_uv(scaled_face, scaled_uv)[0] - p.direction_from_uv(face, uv)[0]
+        # Ties may fall otherwise, and lead to the same direction. On the sphere map's rim: the root of rounding.
+        assert np.abs(near).max() < (1e-7 if p.name == "gazing_ball" else 1e-14)
+
+
+@pytest.mark.parametrize("name", ["dual_paraboloid", "angular"])
+def test_outside_the_disc_the_map_goes_on(name: str) -> None:
+    """The paraboloid's inverse point on the other face; the angular map's point at 2 - r on the other side."""
+    p = PARAMETERIZATIONS[name]
+    rng = np.random.default_rng(2)
+    place = rng.uniform(-1.0, 1.0, (2000, 2))
+    radius = np.linalg.norm(place, axis=1, keepdims=True)
+    place, radius = place[radius[:, 0] > 1.0], radius[radius[:, 0] > 1.0]
+    face = rng.integers(0, p.face_count, len(place))
+    outside, valid = p.direction_from_uv(face, 0.5 + 0.5 * place)
+    assert not valid.any()
+    there = place / radius**2 if name == "dual_paraboloid" else place * (1.0 - 2.0 / radius)
+    inside, valid = p.direction_from_uv(1 - face if p.face_count == 2 else face, 0.5 + 0.5 * there)
+    assert valid.all()
+    np.testing.assert_allclose(outside, inside, atol=1e-14)
+
+
+# --- orientation
+
+
+@EACH
+def test_labelled_directions_lie_where_the_classes_say(p: Parameterization) -> None:
+    for direction, (face, u, v) in LABELS[p.name].items():
+        found_face, found_uv = p.uv_from_direction(np.array([direction], float))
+        assert found_face[0] == face, direction
+        np.testing.assert_allclose(found_uv[0], [u, v], atol=1e-15, err_msg=str(direction))
+
+
+@EACH
+def test_no_face_is_mirrored(p: Parameterization) -> None:
+    face, uv = places(p, 3000)
+    signs = np.sign(np.linalg.det(np.stack(jacobian(p, face, uv), 1)))
+    for each in range(p.face_count):
+        assert set(signs[face == each]) == {HANDEDNESS[p.name][each]}
+
+
+def test_names_and_numbers_are_unique_and_found() -> None:
+    assert sorted(p.kind for p in PARAMETERIZATIONS.values()) == list(range(7))
+    for name, p in PARAMETERIZATIONS.items():
+        assert parameterization(name) is p and repr(p) == name
+        assert p == type(p)() and hash(p) == hash(type(p)())
+    with pytest.raises(RefletError, match=r"cube.*sphere_map"):
+        parameterization("sphere_map")
+
+
+# --- sampling rate and solid angles
+
+
+@EACH
+def test_sampling_rate_is_texels_a_steradian(p: Parameterization) -> None:
+    face, uv = places(p, 3000)
+    # On folds the difference quotient mixes both sides; at poles and rims d is not smooth, and the rate is clamped.
+    x, y = np.abs(2.0 * uv.T - 1.0)
+    smooth = (np.minimum(x, y) > 1e-4) & (np.maximum(x, y) < 1 - 1e-3) & (np.abs(x + y - 1.0) > 1e-4)
+    if p.name in ROUND:
+        smooth &= np.hypot(x, y) < 1 - 1e-3
+    along_u, along_v, d = (each[smooth] for each in jacobian(p, face, uv))
+    steradians = np.linalg.norm(np.cross(along_u, along_v), axis=-1) / p.aspect
+    np.testing.assert_allclose(p.sampling_rate(d) * steradians, 1.0, rtol=1e-6)  # differences err by 1e-10/|∂d|
+
+
+@EACH
+@pytest.mark.parametrize("size", [1, 2, 3, 7, 16, 33, 128])
+def test_solid_angles_add_up_to_the_sphere(p: Parameterization, size: int) -> None:
+    solid_angle = p.texel_solid_angle(size)
+    assert solid_angle.shape == p.shape(size) and solid_angle.min() >= 0.0
+    # closed forms, summed in float64: rounding
+    assert solid_angle.sum() == pytest.approx(4 * np.pi, rel=1e-13)
+
+
+@EACH
+@pytest.mark.parametrize("size", [3, 6])
+def test_solid_angles_are_those_of_a_fine_quadrature(p: Parameterization, size: int) -> None:
+    fine = 64  # points along a texel's edge
+    d, valid = p.texel_directions(size * fine)
+
+    def texels(values: np.ndarray) -> np.ndarray:
+        return values.reshape(p.face_count, size, fine, -1, fine).mean((2, 4))
+
+    counted = texels(valid / p.sampling_rate(d)) / size**2
+    share = texels(valid.astype(float))
+    solid_angle = p.texel_solid_angle(size)
+    # Midpoints err by the square of their distance over 24, 1e-5, times a second derivative of some 10 at the cube's
+    # corners and less elsewhere; where the rate has a crease, on the octahedron's edges within odd sizes' texels, by
+    # half a point's width of the change along it: 1e-3 at most.
+    np.testing.assert_allclose(solid_angle[share == 1.0], counted[share == 1.0], rtol=1e-3)
+    # Rims cut some 2·64 of 64² cells, of which about their root, 11, are miscounted: 3e-3 of a texel.
+    assert np.abs(solid_angle - counted).max() < 6e-3 * (1.0 / p.sampling_rate(d)).max() / size**2
+    assert (solid_angle[share == 0.0] < 6e-3 / size**2).all()
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_texels_outside_the_disc_see_nothing(name: str) -> None:
+    solid_angle = PARAMETERIZATIONS[name].texel_solid_angle(64)[0]
+    nearest = np.maximum(np.abs(2.0 * np.arange(64) + 1.0 - 64) - 1.0, 0.0) / 64
+    outside = nearest**2 + nearest[:, None] ** 2 >= 1.0
+    assert outside.sum() > 4 * 64 and not solid_angle[outside].any()
+    # Every other one holds some of the disc; the least corners a few 1e-6 of a texel, near the rounding of the sums.
+    assert (solid_angle[~outside] > 0.0).all()
+
+
+# --- seams
+
+
+def around(p: Parameterization, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The places just outside all faces' edges, corners left out: (outside, the texel beside it, its neighbour), each
+    as rows of face, row, column."""
+    faces, rows, columns = p.shape(size)
+    outside, beside = [], []
+    for face in range(faces):
+        for row in range(rows):
+            outside += [(face, row, -1), (face, row, columns)]
+            beside += [(face, row, 0), (face, row, columns - 1)]
+        for column in range(columns):
+            outside += [(face, -1, column), (face, rows, column)]
+            beside += [(face, 0, column), (face, rows - 1, column)]
+    out, by = np.array(outside), np.array(beside)
+    return out, by, np.stack(p.across_seams(*out.T, size), -1)
+
+
+@EACH
+@pytest.mark.parametrize("size", [1, 2, 5, 16])
+def test_every_place_around_a_face_has_a_neighbour(p: Parameterization, size: int) -> None:
+    faces, rows, columns = p.shape(size)
+    padded = np.stack(np.meshgrid(np.arange(faces), np.arange(-1, rows + 1), np.arange(-1, columns + 1), indexing="ij"))
+    face, row, column = p.across_seams(*padded, size)
+    inner = (slice(None), slice(1, -1), slice(1, -1))
+    for found, asked in zip((face, row, column), padded, strict=True):
+        np.testing.assert_array_equal(found[inner], asked[inner])
+    assert (face == NONE).sum() == (24 if p.name == "cube" else 0)  # four corners of six faces
+    there = face != NONE
+    assert face[there].min() >= 0 and face.max() < faces
+    assert row[there].min() >= 0 and row[there].max() < rows
+    assert column[there].min() >= 0 and column[there].max() < columns
+
+
+@EACH
+@pytest.mark.parametrize("size", [4, 32])
+def test_neighbours_over_seams_are_neighbours_on_the_sphere(p: Parameterization, size: int) -> None:
+    d, _ = p.texel_directions(size)
+    seen = p.texel_solid_angle(size) > 0.0
+    down = np.linalg.norm(np.diff(d, axis=1), axis=-1)[seen[:, 1:] & seen[:, :-1]]
+    right = np.linalg.norm(np.diff(d, axis=2), axis=-1)[seen[:, :, 1:] & seen[:, :, :-1]]
+    _, beside, neighbour = around(p, size)
+    used = seen[tuple(beside.T)]
+    step = np.linalg.norm(d[tuple(beside[used].T)] - d[tuple(neighbour[used].T)], axis=-1)
+    # Texels at a seam are mirror images of each other: as far apart as neighbours inside, up to rounding. At the rim of
+    # a disc the neighbour is the nearest texel: half a diagonal farther at most.
+    farther = np.sqrt(0.5) if p.name in ROUND else 1e-12
+    assert step.max() <= max(down.max(), right.max()) * (1.0 + farther)
+
+
+@EACH
+@pytest.mark.parametrize("size", [1, 2, 5, 16])
+def test_neighbours_over_seams_are_mutual(p: Parameterization, size: int) -> None:
+    _, beside, neighbour = around(p, size)
+    if p.name in ROUND:
+        # only where the disc touches the border are the texels over the rim themselves at a border
+        touching = np.abs(2 * beside[:, 1:] + 1 - size).min(1) <= 1
+        beside, neighbour = beside[touching], neighbour[touching]
+    pairs = [(tuple(a), tuple(b)) for a, b in zip(beside.tolist(), neighbour.tolist(), strict=True)]
+    assert len(pairs) >= 4 and {(b, a) for a, b in pairs} == set(pairs)
+
+
+def seam(p: Parameterization) -> np.ndarray:
+    """Directions on all seams: what lies along the edges of the faces, or the rims of their discs."""
+    along = np.linspace(0.0, 1.0, 501)
+    if p.name in ROUND:
+        uv = 0.5 + 0.5 * np.stack([np.cos(2 * np.pi * along), np.sin(2 * np.pi * along)], -1)
+    else:
+        ends = np.zeros_like(along)
+        uv = np.concatenate([np.stack(pair, -1) for end in (ends, ends + 1.0) for pair in ((along, end), (end, along))])
+    return np.concatenate([p.direction_from_uv(np.full(len(uv), face), uv)[0] for face in range(p.face_count)])
+
+
+@pytest.mark.parametrize("name", ["cube", "latlong", "octahedral", "equal_area_octahedral"])
+@pytest.mark.parametrize("lod", [0.0, 1.0, 2.4, 4.0])
+def test_any_texels_are_shown_continuously_over_seams(name: str, lod: float) -> None:
+    chain = MipChain(16, PARAMETERIZATIONS[name])
+    texels = np.random.default_rng(2).random((chain.texel_count, 1))
+    on = seam(chain.parameterization)
+    if name == "latlong":  # a pole's row shows one direction many times
+        on = on[np.abs(on[:, 1]) < 0.999]
+    step = 1e-7 * np.random.default_rng(3).standard_normal(on.shape)
+    one, other = (sample(chain, texels, on + sign * step, np.full(len(on), lod)) for sign in (1, -1))
+    # Both sides blend the same texels half and half. What remains is the step of 1e-7 to 4e-7 times up to 16·π texels a
+    # radian times differences of up to 1. Equal-area: texels a radian grow as 1/sqrt there where the map's octants meet
+    # at a corner, -y: sqrt(1e-7)·16.
+    assert np.abs(one - other).max() < (5e-3 if name == "equal_area_octahedral" else 4e-5)
+
+
+@EACH
+def test_smooth_radiance_is_shown_smoothly_over_seams(p: Parameterization) -> None:
+    def radiance(d: np.ndarray) -> np.ndarray:
+        x, y, z = np.moveaxis(unit(d), -1, 0)
+        return (x + 2.0 * y + 3.0 * z + x * y - y * z)[..., None]
+
+    on = seam(p)
+    step = 1e-7 * np.random.default_rng(3).standard_normal(on.shape)
+    errors, jumps = [], []
+    for size in (32, 128):
+        chain = MipChain(size, p)
+        texels = np.zeros((chain.texel_count, 1))
+        chain.level(texels, 0)[...] = radiance(p.texel_directions(size)[0])
+        one, other = (sample(chain, texels, on + sign * step, np.zeros(len(on))) for sign in (1, -1))
+        jumps.append(np.abs(one - other).max())
+        errors.append(np.abs(one - radiance(on)).max())
+    if p.name == "gazing_ball":
+        # The outermost texels span 2·acos(1 - 2·sqrt(2)/size) radians at most; half of that from their middle, times a
+        # gradient of 4.
+        for size, error in zip((32, 128), errors, strict=True):
+            assert error < 4.0 * np.arccos(1.0 - 2.0 * np.sqrt(2.0) / size)
+        assert jumps[1] < 0.75 * jumps[0]  # the root of the texel's width: one half
+    else:
+        # To second order where texel rows go straight on (lat-long: h²/8·|f''| with h = π/32 and |f''| < 8); to first
+        # order where the map has a crease or takes the nearest texel, as the texels over it lie beside the continued
+        # grid: by half a texel of up to sqrt(3)·2/32 radians, times |f'| < 5.
+        assert errors[0] < (0.01 if p.name == "latlong" else 0.27)
+        assert errors[1] < errors[0] / (12.0 if p.name == "latlong" else 3.0)
+        # Only where a disc touches its face's border do lookups of the two sides read texels of two grids.
+        assert jumps[1] < (0.27 / 4.0 if p.name in ROUND else 1e-4)
+
+
+# --- compiled twins
+
+
+@EACH
+def test_compiled_functions_are_the_same(p: Parameterization) -> None:
+    d = directions(1000)
+    face, uv = p.uv_from_direction(d)
+    compiled = np.array([point_of(p.kind, *each) for each in d])
+    np.testing.assert_array_equal(compiled[:, 0], face)
+    np.testing.assert_allclose(compiled[:, 1:], uv, atol=1e-12)  # float64 in another order
+    rate = [rate_at(p.kind, *each) for each in unit(d)]
+    np.testing.assert_allclose(rate, p.sampling_rate(unit(d)), rtol=1e-12)
+    rng = np.random.default_rng(4)
+    face, uv = rng.integers(0, p.face_count, 1000), rng.random((1000, 2))  # outside discs too
+    uv[:9] = [(u, v) for u in (0.0, 0.5, 1.0) for v in (0.0, 0.5, 1.0)]
+    compiled = np.array([direction_at(p.kind, int(f), *each) for f, each in zip(face, uv, strict=True)])
+    np.testing.assert_allclose(compiled, p.direction_from_uv(face, uv)[0], atol=1e-12)
