@@ -1,5 +1,7 @@
 """Runs WGSL functions on arrays, to hold them to their NumPy twins."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import wgpu
 
@@ -8,17 +10,22 @@ from reflet.render.layouts import FRAME
 from reflet.shaders.link import link_text
 
 
-def run(code: str, inputs: list[np.ndarray], floats_out: int) -> np.ndarray:
+def run(
+    code: str, inputs: list[np.ndarray], floats_out: int, map_levels: Sequence[np.ndarray] | None = None
+) -> np.ndarray:
     """Runs ``code`` once for each row of the inputs, which are float32 of shape (n, k).
 
     ``code`` imports what it needs and is the body of a function that reads ``in0[k*i + …]``, ``in1[…]``, … and writes
-    ``out[floats_out*i + …]``.
+    ``out[floats_out*i + …]``. ``map_levels``, mip levels as (layers, rows, columns, 4), are its ``maps``, a
+    texture_2d_array.
     """
     device, count = shared_device(), len(inputs[0])
     declared = "".join(f"@group(2) @binding({k}) var<storage, read> in{k}: array<f32>;\n" for k in range(len(inputs)))
     lines = [line.strip() for line in code.splitlines()]
     imports = "".join(line + "\n" for line in lines if line.startswith("#import"))
     body = "\n".join(line for line in lines if not line.startswith("#import"))
+    if map_levels is not None:
+        declared += f"@group(2) @binding({len(inputs) + 1}) var maps: texture_2d_array<f32>;\n"
     text = link_text(
         f"{imports}{declared}@group(2) @binding({len(inputs)}) var<storage, read_write> out: array<f32>;\n"
         "@compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {\n"
@@ -31,6 +38,8 @@ def run(code: str, inputs: list[np.ndarray], floats_out: int) -> np.ndarray:
         layout="auto", compute={"module": device.create_shader_module(code=text), "entry_point": "main"}
     )
     entries = [{"binding": k, "resource": {"buffer": b}} for k, b in enumerate([*buffers, result])]
+    if map_levels is not None:
+        entries.append({"binding": len(entries), "resource": _texture(map_levels)})
     encoder = device.create_command_encoder()
     compute_pass = encoder.begin_compute_pass()
     compute_pass.set_pipeline(pipeline)
@@ -44,3 +53,22 @@ def run(code: str, inputs: list[np.ndarray], floats_out: int) -> np.ndarray:
     compute_pass.end()
     device.queue.submit([encoder.finish()])
     return np.frombuffer(device.queue.read_buffer(result), np.float32).reshape(count, floats_out)
+
+
+def _texture(levels: Sequence[np.ndarray]) -> wgpu.GPUTextureView:
+    layers, rows, columns, _ = levels[0].shape
+    texture = shared_device().create_texture(
+        size=(columns, rows, layers),
+        format="rgba32float",
+        mip_level_count=len(levels),
+        usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST,
+    )
+    for k, level in enumerate(levels):
+        layers, rows, columns, _ = level.shape
+        shared_device().queue.write_texture(
+            {"texture": texture, "mip_level": k},
+            np.ascontiguousarray(level, np.float32),
+            {"bytes_per_row": 16 * columns, "rows_per_image": rows},
+            (columns, rows, layers),
+        )
+    return texture.create_view(dimension="2d-array")

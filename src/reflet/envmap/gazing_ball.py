@@ -12,8 +12,8 @@ class GazingBall(Parameterization):
 
     With h = (d + ẑ)/|d + ẑ|, u = (1 + h.x)/2 and v = (1 - h.y)/2. The whole rim is one direction, -z, and around it the
     map has next to no resolution along the radius: the map serves viewers near +z, whose mirrored rays seldom go there.
-    By area it is nonetheless even: dω = 4·dA on the unit disc, the azimuthal equal-area projection of Lambert. Seen from
-    outside, as in the mirror.
+    By area it is nonetheless even: dω = 4·dA on the unit disc, the azimuthal equal-area projection of Lambert. Seen
+    from outside, as in the mirror.
     """
 
     name = "gazing_ball"
