@@ -7,7 +7,10 @@ import pytest
 
 from reflet.shaders.link import link, link_text
 
-PROGRAMS = ("picture", "probe", "backdrop", "accumulate", "display", "map_view", "mipmap")
+PROGRAMS = (
+    "picture", "probe", "backdrop", "accumulate", "display", "map_view", "mipmap",
+    "mirror_picture", "paraboloid_two_pass", "matte", "warp", "map_levels",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
