@@ -12,11 +12,12 @@ def texels_over_sphere(parameterization: Parameterization) -> float:
     return faces * rows * columns * (1.0 if corner_is_valid[0] else np.pi / 4.0)
 
 
-def equal_sampling_size(parameterization: Parameterization, texels: float) -> int:
-    """Rows of a face for about ``texels`` texels over the sphere, at least 1: rounded to a power of two if within 2 %.
+def equal_sampling_size(parameterization: Parameterization, texels: float, power_of_two: bool = False) -> int:
+    """Rows of a face for about ``texels`` texels over the sphere, at least 1: the nearest power of two where asked.
 
-    Powers of two have whole mip chains; 2 % more or less cannot be seen.
+    Otherwise sizes of 64 and more are multiples of 8: within 6 %, and kind to blocks, mip levels and memory.
     """
     size = (texels / texels_over_sphere(parameterization)) ** 0.5
-    power = 2.0 ** np.round(np.log2(max(size, 1.0)))
-    return int(power if abs(size - power) <= 0.02 * power else max(np.round(size), 1.0))
+    if power_of_two:
+        return int(2 ** np.round(np.log2(max(size, 1.0))))
+    return int(8.0 * np.round(size / 8.0) if size >= 64.0 else max(np.round(size), 1.0))

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import map_coordinates
 
+from reflet.envmap.compiled_hemispheres import EQUIDISTANT, EQUISOLID, ORTHOGRAPHIC, STEREOGRAPHIC, join_into
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_area_octahedral import EqualAreaOctahedral
@@ -19,9 +20,8 @@ Angles = Float[np.ndarray, "*batch"]
 
 DUAL_PARABOLOID = DualParaboloid()
 HALF_TURN = np.diag([-1.0, 1.0, -1.0])  # about +y
-MOST_SUBSAMPLES = 16  # along a texel's edge: a picture so much finer than the map is thinned out
-_BLOCK = 1 << 18  # lookups at a time: bounds the memory to some 50 MB beside pictures and map
-WIDEST_BORDER = np.radians(20.0)  # where nothing else is said
+WIDEST_BORDER = float(np.radians(20.0))  # where nothing else is said
+_DIRECTIONS = 128  # squared: those looked at to compare exposures, and whether all are seen
 _DARK = 1e-6  # radiance below this says nothing about exposure
 
 
@@ -35,20 +35,21 @@ class Projection:
     """
 
     radius: Callable[[Angles], Angles]
+    code: int  # its number in compiled kernels
     is_mirror: bool = False
     fov_deg: float = 180.0  # the angle across the picture where nothing else is said
     widest_deg: float = 360.0
 
 
 PROJECTIONS: dict[str, Projection] = {
-    "equidistant": Projection(lambda theta: theta),
-    "equisolid": Projection(lambda theta: np.sin(0.5 * theta)),
-    "stereographic": Projection(lambda theta: np.tan(0.5 * theta), widest_deg=350.0),
-    "orthographic": Projection(np.sin, widest_deg=180.0),
+    "equidistant": Projection(lambda theta: theta, EQUIDISTANT),
+    "equisolid": Projection(lambda theta: np.sin(0.5 * theta), EQUISOLID),
+    "stereographic": Projection(lambda theta: np.tan(0.5 * theta), STEREOGRAPHIC, widest_deg=350.0),
+    "orthographic": Projection(np.sin, ORTHOGRAPHIC, widest_deg=180.0),
     # Seen by an orthographic camera: z = (1 - x² - y²)/2 is the stereographic projection [Heidrich00, eq. 8], and on a
     # ball the normal halves the angle between the axis and the mirrored ray [Heidrich00, sec. 2.1].
-    "paraboloid": Projection(lambda theta: np.tan(0.5 * theta), is_mirror=True, widest_deg=350.0),
-    "mirror_ball": Projection(lambda theta: np.sin(0.5 * theta), is_mirror=True, fov_deg=360.0),
+    "paraboloid": Projection(lambda theta: np.tan(0.5 * theta), STEREOGRAPHIC, is_mirror=True, widest_deg=350.0),
+    "mirror_ball": Projection(lambda theta: np.sin(0.5 * theta), EQUISOLID, is_mirror=True, fov_deg=360.0),
 }
 
 
@@ -110,6 +111,12 @@ class HemispherePicture:
         ring = projection.radius(theta) * (radius / projection.radius(np.array(self.half_angle)))
         return float(np.max(np.diff(0.5 * ring**2) / np.diff(-np.cos(theta))))
 
+    def lens(self) -> Float[np.ndarray, "6"]:
+        """What `compiled_hemispheres` needs to find a direction's pixel."""
+        projection, (column, row, radius) = PROJECTIONS[self.projection], self.image_circle
+        scale = radius / float(projection.radius(np.array(self.half_angle)))
+        return np.array([column, row, scale, self.half_angle, projection.code, 1.0 if projection.is_mirror else -1.0])
+
     def beyond_edge(self, direction: Directions) -> Angles:
         """Radians by which unit directions lie outside the circle, negative inside."""
         return np.arctan2(np.hypot(direction[..., 0], direction[..., 1]), direction[..., 2]) - self.half_angle
@@ -147,8 +154,8 @@ def join_hemispheres(
     wider than what both see, the colours of a picture's edge go on beyond it.
     ``balance`` multiplies the back picture by the median ratio of the two where both see.
 
-    ``size`` is by default that of equal sampling: about as many texels as there are pixels. Texels are means of as many
-    points as reach all pixels (up to 16²). Raises RefletError for directions that neither picture shows, pictures of
+    ``size`` is by default that of equal sampling: about as many texels as there are pixels. Texels are means of so many
+    points that energy is kept. Raises RefletError for directions that neither picture shows, pictures of
     different channels, and where there is nothing to balance by.
     """
     if back is not None and back.pixels.shape[2] != front.pixels.shape[2]:
@@ -157,81 +164,54 @@ def join_hemispheres(
         )
     if blend_deg is not None and not 0.0 <= blend_deg <= 180.0:
         raise RefletError(f"A border is 0 to 180 degrees wide, not {blend_deg:g}.")
-    joint = _Joint(front, back, front_from_back, None if blend_deg is None else float(np.radians(blend_deg)))
-    if balance and back is not None:
-        joint = _Joint(front, back, front_from_back, joint.blend, joint.exposure_ratio())
     pictures = [front, back or front]
+    gain = 1.0
+    if back is not None:
+        _check_all_seen(front, back, front_from_back)
+        gain = _exposure_ratio(front, back, front_from_back) if balance else 1.0
     size = size or equal_sampling_size(to, sum(picture.pixels_ahead for picture in pictures))
-    return EnvImage(to, _texels(joint, to, size, max(picture.finest_sampling for picture in pictures)))
+    channels = front.pixels.shape[2]
+    texels = np.empty((*to.shape(size), channels), np.float32)
+    join_into(
+        texels,
+        to.kind,
+        np.ascontiguousarray(front.pixels, np.float32),
+        front.lens(),
+        np.ascontiguousarray(back.pixels, np.float32) if back is not None else np.empty((0, 0, channels), np.float32),
+        pictures[1].lens(),
+        np.ascontiguousarray(front_from_back, np.float64),
+        -1.0 if blend_deg is None else float(np.radians(blend_deg)),
+        WIDEST_BORDER,
+        gain,
+        max(picture.finest_sampling for picture in pictures),
+    )
+    return EnvImage(to, texels)
 
 
-@dataclass(frozen=True)
-class _Joint:
-    """The joined pictures as a function of direction."""
-
-    front: HemispherePicture
-    back: HemispherePicture | None
-    front_from_back: Float[np.ndarray, "3 3"]
-    blend: float | None  # radians
-    gain: float = 1.0  # of the back picture
-
-    def radiance(self, direction: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n channels"]:
-        """Blended radiance in unit directions."""
-        if self.back is None:
-            return self.front.radiance(np.concatenate([direction[:, :2], np.abs(direction[:, 2:])], 1))
-        behind = direction @ self.front_from_back  # the inverse of a rotation is its transpose
-        beyond_front, beyond_back = self.front.beyond_edge(direction), self.back.beyond_edge(behind)
-        unseen = np.minimum(beyond_front, beyond_back)
-        if unseen.max() > 1e-6:
-            raise RefletError(
-                "Some directions are in neither picture; give a larger field of view or another turn of the camera."
-            )
-        # Half way between the two edges alpha is 1/2; it changes over the width of the border. Where that is all both
-        # see, it is 0 and 1 right on the edges.
-        width = np.minimum(-(beyond_front + beyond_back), WIDEST_BORDER) if self.blend is None else self.blend
-        alpha = 0.5 + (beyond_back - beyond_front) / (2.0 * np.maximum(width, 1e-9))
-        alpha = np.clip(alpha, 0.0, 1.0)[:, None]
-        out = np.zeros((len(direction), self.front.pixels.shape[2]))
-        ahead = alpha[:, 0] > 0.0
-        out[ahead] = alpha[ahead] * self.front.radiance(direction[ahead])
-        ahead = alpha[:, 0] < 1.0
-        out[ahead] += (1.0 - alpha[ahead]) * self.gain * self.back.radiance(behind[ahead])
-        return out
-
-    def exposure_ratio(self) -> float:
-        """Median over the directions that both pictures show of the front one's mean radiance over the back one's."""
-        assert self.back is not None
-        direction = EqualAreaOctahedral().texel_directions(128)[0].reshape(-1, 3)
-        behind = direction @ self.front_from_back
-        both = np.maximum(self.front.beyond_edge(direction), self.back.beyond_edge(behind)) < 0.0
-        front = self.front.radiance(direction[both])[:, :3].mean(1)
-        back = self.back.radiance(behind[both])[:, :3].mean(1)
-        lit = np.minimum(front, back) > _DARK
-        if not lit.any():
-            raise RefletError(
-                "Exposures cannot be balanced, for no lit direction is in both pictures; give a larger field of view."
-            )
-        return float(np.median(front[lit] / back[lit]))
+def _exposure_ratio(
+    front: HemispherePicture, back: HemispherePicture, front_from_back: Float[np.ndarray, "3 3"]
+) -> float:
+    """Median over the directions that both pictures show of the front one's mean radiance over the back one's."""
+    direction = EqualAreaOctahedral().texel_directions(_DIRECTIONS)[0].reshape(-1, 3)
+    behind = direction @ front_from_back
+    both = np.maximum(front.beyond_edge(direction), back.beyond_edge(behind)) < 0.0
+    ahead, other = (picture.radiance(d[both])[:, :3].mean(1) for picture, d in ((front, direction), (back, behind)))
+    lit = np.minimum(ahead, other) > _DARK
+    if not lit.any():
+        raise RefletError(
+            "Exposures cannot be balanced, for no lit direction is in both pictures; give a larger field of view."
+        )
+    return float(np.median(ahead[lit] / other[lit]))
 
 
-def _texels(
-    joint: _Joint, to: Parameterization, size: int, finest: float
-) -> Float[np.ndarray, "faces rows columns channels"]:
-    """Means over a square grid of points in each texel, so fine that no pixel is passed over."""
-    everywhere = EqualAreaOctahedral().texel_directions(64)[0]
-    coarsest = float(to.sampling_rate(everywhere).min()) * size**2
-    points = int(np.clip(np.ceil((finest / coarsest) ** 0.5), 1, MOST_SUBSAMPLES))
-    faces, rows, columns = to.shape(size)
-    texels = np.zeros((faces, rows, columns, joint.front.pixels.shape[2]), np.float32)
-    offset = (np.arange(points) + 0.5) / points
-    u = ((np.arange(columns)[:, None] + offset) / columns).ravel()
-    block = max(_BLOCK // (len(u) * points), 1)
-    for face in range(faces):
-        for top in range(0, rows, block):
-            v = ((np.arange(top, min(top + block, rows))[:, None] + offset) / rows).ravel()
-            uv = np.stack(np.broadcast_arrays(u[None, :], v[:, None]), -1)
-            direction, _ = to.direction_from_uv(np.full(uv.shape[:-1], face), uv)
-            radiance = joint.radiance(direction.reshape(-1, 3))
-            grid = radiance.reshape(len(v) // points, points, columns, points, -1)
-            texels[face, top : top + block] = grid.mean((1, 3))
-    return texels
+def _check_all_seen(
+    front: HemispherePicture, back: HemispherePicture, front_from_back: Float[np.ndarray, "3 3"]
+) -> None:
+    direction = EqualAreaOctahedral().texel_directions(_DIRECTIONS)[0].reshape(-1, 3)
+    # the inverse of a rotation is its transpose
+    unseen = np.minimum(front.beyond_edge(direction), back.beyond_edge(direction @ front_from_back)) > 1e-6
+    if unseen.any():
+        raise RefletError(
+            f"{unseen.mean():.1%} of all directions are in neither picture; give a larger field of view or turn the back "
+            "camera otherwise."
+        )
