@@ -8,6 +8,7 @@ that reading needs nothing from across a seam; samples on the border lie between
 
 from typing import Literal
 
+import numba
 import numpy as np
 from jaxtyping import Float
 
@@ -31,7 +32,7 @@ _GROWTH = np.array(
 
 
 def latlong_from_openexr(image: Float[np.ndarray, "height width channels"]) -> EnvImage:
-    """OpenEXR's lat-long picture as ours of the same size, by bilinear interpolation.
+    """OpenEXR's lat-long picture as ours of the same size, by interpolation along either axis.
 
     There, column c and row r of W×H samples see longitude atan2(x, z) = π - 2π·c/(W - 1) and latitude
     π/2 - π·r/(H - 1). With φ = atan2(z, x) = π/2 - longitude this is c/(W - 1) = 1/4 + φ/2π = u - 1/4 and
@@ -47,14 +48,14 @@ def latlong_from_openexr(image: Float[np.ndarray, "height width channels"]) -> E
     v = (np.arange(height) + 0.5) / height
     u = (np.arange(width) + 0.5) / width
     rows = _interpolated(image, 0, v * (height - 1))
-    return EnvImage(LatLong(), _interpolated(rows, 1, np.mod(u - 0.25, 1.0) * (width - 1))[None])
+    return EnvImage(LatLong(), _interpolated(rows, 1, np.mod(u - 0.25, 1.0) * (width - 1), wraps=True)[None])
 
 
 def cube_from_openexr(image: Float[np.ndarray, "height width channels"]) -> EnvImage:
     """OpenEXR's cube, six faces +X -X +Y -Y +Z -Z one below the other, as ours of the same size.
 
-    Bilinear within each face: texel j of N has its centre at s = (2j + 1)/N - 1, sample i lies at 2i/(N - 1) - 1, so
-    that texel j lies at sample (j + 1/2)·(N - 1)/N, which is between 0 and N - 1.
+    Interpolated within each face: texel j of N has its centre at s = (2j + 1)/N - 1, sample i lies at 2i/(N - 1) - 1,
+    so that texel j lies at sample (j + 1/2)·(N - 1)/N, which is between 0 and N - 1.
 
     Raises RefletError where the picture is not six times as high as wide.
     """
@@ -73,17 +74,35 @@ def _flip(face: int) -> tuple[slice, slice]:
     return slice(None, None, rows), slice(None, None, columns)
 
 
-def _interpolated(samples: np.ndarray, axis: int, position: Float[np.ndarray, "n"]) -> np.ndarray:
-    """Linear interpolation along one axis; a constant stays exactly constant."""
-    before = np.clip(position.astype(np.int64), 0, samples.shape[axis] - 2)
-    shape = [1] * samples.ndim
-    shape[axis] = len(position)
-    fraction = (position - before).astype(samples.dtype).reshape(shape)
-    low = np.take(samples, before, axis)
-    out = np.take(samples, before + 1, axis)
-    out -= low
-    out *= fraction
-    out += low
+def _interpolated(samples: np.ndarray, axis: int, position: np.ndarray, wraps: bool = False) -> np.ndarray:
+    """Samples at real positions from 0 to n - 1 along one axis; ``wraps`` where samples 0 and n - 1 are the same.
+
+    The cubic through two samples on either side [Keys81], but never beyond the two between which the position lies:
+    sharper than linear interpolation, yet a sun rings no darkness around it, and a constant stays exactly constant.
+    """
+    shape = samples.shape
+    flat = np.ascontiguousarray(samples).reshape(int(np.prod(shape[:axis])), shape[axis], -1)
+    return _interpolate(flat, position, wraps).reshape(*shape[:axis], len(position), *shape[axis + 1 :])
+
+
+@numba.njit(cache=True)
+def _interpolate(samples: np.ndarray, position: np.ndarray, wraps: bool) -> np.ndarray:
+    outer, count, inner = samples.shape
+    out = np.empty((outer, position.size, inner), samples.dtype)
+    for k in range(outer):
+        for j in range(position.size):
+            at = min(max(int(position[j]), 0), count - 2)
+            t = position[j] - at
+            before = at - 1 if at > 0 else count - 2
+            after = at + 2 if at + 2 < count else 1
+            for i in range(inner):
+                low, high = samples[k, at, i], samples[k, at + 1, i]
+                # beyond the last sample the straight line goes on
+                left = samples[k, before, i] if wraps or at > 0 else 2.0 * low - high
+                right = samples[k, after, i] if wraps or at + 2 < count else 2.0 * high - low
+                bend = 2.0 * left - 5.0 * low + 4.0 * high - right
+                value = low + 0.5 * t * (high - left + t * (bend + t * (3.0 * (low - high) + right - left)))
+                out[k, j, i] = min(max(value, min(low, high)), max(low, high))
     return out
 
 
