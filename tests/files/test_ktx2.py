@@ -8,7 +8,8 @@ import pytest
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.errors import RefletError
-from reflet.files.ktx2 import HALF_MAX, read_ktx2, write_ktx2
+from reflet.files.ktx2 import read_ktx2, write_ktx2
+from reflet.files.texel_formats import HALF_MAX
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import imagecodecs
 import numpy as np
 from jaxtyping import Float32, UInt8
 
@@ -125,6 +124,8 @@ def _blocks(name: str, code: int, block_bytes: int) -> tuple[TexelFormat, ...]:
 
     def decoder(srgb: bool) -> Callable[[np.ndarray, int, int], np.ndarray]:
         def decode(stored: np.ndarray, rows: int, columns: int) -> np.ndarray:
+            import imagecodecs  # takes a while to import, and few maps need it
+
             whole = (-(-rows // 4) * 4, -(-columns // 4) * 4, channels)
             out = np.empty((len(stored), rows, columns, channels), np.float32)
             for image, data in zip(out, stored, strict=True):
