@@ -1,6 +1,7 @@
 """Draws meshes that mirror a plain env map of any parameterization, before that environment."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -38,6 +39,12 @@ def render_mirror(
     """One picture by `EnvMapRenderer`: a perfect mirror before its environment, ``levels`` with finest first."""
     renderer = EnvMapRenderer(mesh)
     return renderer.picture(upload_env_map(renderer.device, levels), camera, frame=frame, samples=samples)
+
+
+@cache
+def mirror_programs(device: wgpu.GPUDevice, colour_format: str) -> "MirrorPrograms":
+    """One for all who draw into this format; building pipelines takes longer than a frame."""
+    return MirrorPrograms(device, colour_format)
 
 
 class MirrorPrograms:
@@ -106,7 +113,7 @@ class EnvMapRenderer:
 
     def __init__(self, mesh: Mesh, device: wgpu.GPUDevice | None = None, reflectance: Vec3 = (1.0, 1.0, 1.0)) -> None:
         self.device = device or shared_device()
-        self._programs = MirrorPrograms(self.device, Picture.FORMAT)
+        self._programs = mirror_programs(self.device, Picture.FORMAT)
         self._mesh = DeviceMesh(self.device, mesh)
         self._material = self._programs.material_group(reflectance)
         self._views = Views(self.device, self._programs.view_layout, 1, 1)

@@ -10,7 +10,7 @@ from reflet.infer.fit_geometry import em_origin
 from reflet.render.capture import EnvironmentCapture, Method, upload_environment
 from reflet.render.device import shared_device
 from reflet.render.device_mesh import DeviceMesh, Picture
-from reflet.render.env_map_renderer import MirrorPrograms, view_frame
+from reflet.render.env_map_renderer import mirror_programs, view_frame
 from reflet.render.matte_scene import MatteScene
 from reflet.render.views import Views, camera_view
 from reflet.scene.camera import Camera
@@ -41,7 +41,7 @@ class MovingSceneRenderer:
             raise RefletError("Nothing in this scene mirrors; make a part reflective.")
         self.capture = EnvironmentCapture(self.device, scene, size, method, to, light)
         self._follows_view = to is not None and to.is_view_dependent
-        self._programs = MirrorPrograms(self.device, Picture.FORMAT)
+        self._programs = mirror_programs(self.device, Picture.FORMAT)
         self._matte = MatteScene(self.device, scene, light, self._programs.view_layout)
         self._meshes = {i: DeviceMesh(self.device, scene.parts[i].mesh) for i in self._mirrors}
         self._materials = {i: self._programs.material_group(scene.parts[i].material.base_color) for i in self._mirrors}
