@@ -12,19 +12,24 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import psutil
 from jaxtyping import Bool
 
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS, Ellipsoid
+from reflet.envmap.equal_sampling import texels_over_sphere
+from reflet.envmap.geometry import KINDS, Ellipsoid, Geometry
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations import parameterization as parameterization_of
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.fit_local import fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer
+from reflet.infer.prior import prior_texels
 from reflet.infer.records import Solution
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
@@ -51,7 +56,8 @@ def bake(
     out: str | Path,
     space: ParameterSpace | None = None,
     *,
-    em_size: int = 256,
+    parameterization: str = "cube",
+    em_size: int | None = None,
     local_size: int | None = None,
     spp: int = 64,
     sample_count: int = 16,
@@ -63,17 +69,21 @@ def bake(
 ) -> Path:
     """Bakes a scene into the folder ``out``, and returns that folder.
 
-    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). Distant maps have ``em_size``²
-    texels a face, local ones ``local_size``² (by default half as many along an edge: they hold less, and finer ones
-    show other viewpoints worse). They are inferred for ``sample_count`` sub-samples a pixel from layers traced at
-    ``spp`` samples a pixel. ``distant`` and ``local`` name geometries (`reflet.envmap.geometry`).
+    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). ``parameterization`` names how
+    maps lay directions out (`reflet.envmap.parameterizations`). The faces of distant maps have ``em_size`` rows (by
+    default about as many texels in all as a cube of 256), those of local ones ``local_size`` (by default half as many:
+    they hold less, and finer ones show other viewpoints worse). They are inferred for ``sample_count`` sub-samples a
+    pixel from layers traced at ``spp`` samples a pixel. ``distant`` and ``local`` name geometries
+    (`reflet.envmap.geometry`).
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
     for kind in (distant, local):
         if kind not in KINDS:
             raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
-    chains = {"distant": MipChain(em_size), "local": MipChain(local_size or max(em_size // 2, 1))}
+    laid_out = parameterization_of(parameterization)
+    em_size = em_size or default_size(laid_out)
+    chains = {"distant": MipChain(em_size, laid_out), "local": MipChain(local_size or max(em_size // 2, 1), laid_out)}
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
@@ -83,6 +93,7 @@ def bake(
     parameters = {
         "scene": fingerprint(scene),
         "space": asdict(space),
+        "parameterization": parameterization,
         "em_size": em_size,
         "local_size": chains["local"].size,
         "spp": spp,
@@ -97,7 +108,7 @@ def bake(
         return writer.folder
 
     tracer = _tracer_with_irradiance(scene, variant, spp, writer, progress)
-    probes = trace_probes(tracer, em_size, writer, progress)
+    probes = trace_probes(tracer, probe_size(chains["distant"]), writer, progress)
     on_hull = hull_triangles(scene)
     layers = plan_layers(scene, probes, on_hull, distant, local, chains)
     layers = fit_local_layers(tracer, space, layers, on_hull, writer, progress)
@@ -110,7 +121,7 @@ def bake(
         traced = time.perf_counter()
         solutions = infer_view(scene, view, layers, probes, on_hull)
         maps = [
-            EnvMap(MipChain(layer.size), solution.texels, layer.geometry)
+            EnvMap(layer.chain, solution.texels, layer.geometry)
             for layer, solution in zip(layers, solutions, strict=True)
         ]
         inferred = time.perf_counter()
@@ -127,12 +138,27 @@ def bake(
         sample_count=sample_count,
         statistics={"spp": spp},
         static_maps=[
-            EnvMap(chains["distant"], probe.texels, fit(distant, scene, item.parts, probe))
+            EnvMap(probe.chain, probe.texels, fit(distant, scene, item.parts, probe))
             for item, probe in zip(scene.objects, probes, strict=True)
         ],
     )
     progress("viewpoints", space.sample_count, space.sample_count)
     return writer.folder
+
+
+def default_size(parameterization: Parameterization) -> int:
+    """Rows, a power of two, of a map that holds about as many texels as a cube of 256."""
+    alike = (texels_over_sphere(CUBE) / texels_over_sphere(parameterization)) ** 0.5
+    return int(2 ** np.round(np.log2(256 * alike)))
+
+
+def probe_size(chain: MipChain) -> int:
+    """The size of a cube that holds no fewer texels than the maps whose prior it becomes; their own if they are cubes.
+
+    A power of two, like any.
+    """
+    texels = chain.size**2 * texels_over_sphere(chain.parameterization)
+    return int(2 ** max(np.ceil(0.5 * np.log2(texels / texels_over_sphere(CUBE)) - 1e-9), 0.0))
 
 
 def sample_seed(sample: int) -> int:
@@ -175,15 +201,21 @@ def plan_layers(
     layers = []
     for item, probe in zip(scene.objects, probes, strict=True):
         geometry = fit(distant, scene, item.parts, probe)
-        layers.append(Layer(f"{item.name} distant", "distant", item.parts, geometry, chains["distant"].size))
+        layers.append(_layer("distant", item.name, item.parts, geometry, chains))
         for part in item.parts:
             if on_hull[scene.triangle_offsets[part] : scene.triangle_offsets[part + 1]].all():
                 continue
             # Hemisphere and box around a part make no sense without what lies beyond it: they are fitted to the room.
             around = None if local in ("ellipsoid", "sphere", "infinite_sphere") else probe
             geometry = fit(local, scene, (part,), around)
-            layers.append(Layer(f"{scene.parts[part].name} local", "local", (part,), geometry, chains["local"].size))
+            layers.append(_layer("local", scene.parts[part].name, (part,), geometry, chains))
     return tuple(layers)
+
+
+def _layer(
+    kind: Literal["distant", "local"], of: str, parts: tuple[int, ...], geometry: Geometry, chains: dict[str, MipChain]
+) -> Layer:
+    return Layer(f"{of} {kind}", kind, parts, geometry, chains[kind].size, chains[kind].parameterization)
 
 
 def fit_local_layers(
@@ -242,7 +274,11 @@ def infer_view(
     gbuffer = gbuffer_from_visibility(scene, view.visibility)
     solutions = []
     for layer in layers:
-        prior = probes[scene.object_of_part[layer.parts[0]]].texels if layer.kind == "distant" else None
+        map_from_world = layer.map_from_world(view.layers.camera)
+        prior = None
+        if layer.kind == "distant":
+            probe = probes[scene.object_of_part[layer.parts[0]]]
+            prior = prior_texels(probe.chain, probe.texels, layer.chain, map_from_world)
         solutions.append(
             infer_layer(
                 "combined" if single_layer else layer.kind,
@@ -250,10 +286,11 @@ def infer_view(
                 view.layers,
                 layer.parts,
                 layer.geometry,
-                MipChain(layer.size),
+                layer.chain,
                 lod_bias,
                 prior=prior,
                 on_hull=on_hull,
+                map_from_world=map_from_world,
             )
         )
     return solutions

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from reflet.bake import infer_view, sample_seed, trace_probes
+from reflet.bake import infer_view, probe_size, sample_seed, trace_probes
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.mip_chain import MipChain
 from reflet.files.exr import write_exr
 from reflet.infer.fit_geometry import fit
+from reflet.infer.prior import prior_texels
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device import adapter_name
@@ -151,6 +152,7 @@ def compare(
         "exposure": EXPOSURE,
         "pixels_per_degree": PIXELS_PER_DEGREE,
         "image_size": pem.space.orbit.image_size,
+        "parameterization": pem.layers[0].parameterization.name,
         "em_size": max(layer.size for layer in pem.layers),
         "lod_bias": pem.lod_bias,
         "reference_noise_psnr_display": noise,
@@ -243,9 +245,9 @@ def _rivals(
     pem: ParameterizedEnvironmentMap, tracer: Tracer, spp: int, progress: ProgressCallback
 ) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
     """Single-layer PEMs of every geometry, inferred at the samples compared, then static maps."""
-    chain = MipChain(next(layer.size for layer in pem.layers if layer.kind == "distant"))
-    probes = trace_probes(tracer, chain.size)
-    plans = {short: _one_layer(pem, probes, kind, chain.size) for short, kind in GEOMETRIES.items()}
+    chain = next(layer.chain for layer in pem.layers if layer.kind == "distant")
+    probes = trace_probes(tracer, probe_size(chain))
+    plans = {short: _one_layer(pem, probes, kind, chain) for short, kind in GEOMETRIES.items()}
     samples = _samples(pem.space)
     maps: dict[str, list[tuple[EnvMap, ...]]] = {short: [] for short in GEOMETRIES}
     for number, sample in enumerate(samples):
@@ -260,7 +262,9 @@ def _rivals(
     for short, plan in plans.items():
         yield f"single-{short}", replace(pem, space=space, layers=plan, maps=maps.pop(short))
     for short in ("infinite", "box"):
-        static = _env_maps(plans[short], [probe.texels for probe in probes])
+        frames = [layer.map_from_world(pem.space.camera(samples[0])) for layer in plans[short]]
+        texels = [prior_texels(p.chain, p.texels, chain, frame) for p, frame in zip(probes, frames, strict=True)]
+        static = _env_maps(plans[short], texels)
         yield (
             f"static-{short}",
             replace(pem, space=_subspace(pem.space, samples[:1]), layers=plans[short], maps=[static]),
@@ -268,17 +272,24 @@ def _rivals(
 
 
 def _one_layer(
-    pem: ParameterizedEnvironmentMap, probes: Sequence[StaticProbe], kind: str, size: int
+    pem: ParameterizedEnvironmentMap, probes: Sequence[StaticProbe], kind: str, chain: MipChain
 ) -> tuple[Layer, ...]:
     """One layer for each object, fitted to what is around it."""
     return tuple(
-        Layer(item.name, "distant", item.parts, fit(kind, pem.scene, item.parts, probe), size)
+        Layer(
+            item.name,
+            "distant",
+            item.parts,
+            fit(kind, pem.scene, item.parts, probe),
+            chain.size,
+            chain.parameterization,
+        )
         for item, probe in zip(pem.scene.objects, probes, strict=True)
     )
 
 
 def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels 3"]]) -> tuple[EnvMap, ...]:
-    return tuple(EnvMap(MipChain(layer.size), x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
+    return tuple(EnvMap(layer.chain, x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
 
 
 def _exhibit(reference: _Reference, pictures: dict[str, Radiance]) -> Exhibit:

@@ -50,7 +50,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_info_tells_what_was_baked(baked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert reflet("info", baked) == 0
     out = capsys.readouterr().out
-    for words in (f"{VIEWS} along azimuth_deg", "16²×6", "distant", "local", "ellipsoid"):
+    for words in (f"{VIEWS} along azimuth_deg", "16×16×6", "cube", "distant", "local", "ellipsoid"):
         assert words in out
 
 

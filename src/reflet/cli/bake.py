@@ -7,6 +7,7 @@ import click
 from reflet.cli.options import VARIANTS, Vector, variant_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.geometry import KINDS
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 
 _GEOMETRY = click.Choice(list(KINDS))
 
@@ -28,7 +29,18 @@ _GEOMETRY = click.Choice(list(KINDS))
 @click.option("--target", type=Vector(), help="The point that the camera looks at.")
 @click.option("--fov", type=float, help="Vertical field of view in degrees.")
 @click.option("--image-size", type=click.IntRange(1), default=512, show_default=True, help="Pixels along an edge.")
-@click.option("--em-size", type=click.IntRange(1), default=256, show_default=True, help="Texels along a map's edge.")
+@click.option(
+    "--parameterization",
+    type=click.Choice(list(PARAMETERIZATIONS)),
+    default="cube",
+    show_default=True,
+    help="How maps lay directions out.",
+)
+@click.option(
+    "--em-size",
+    type=click.IntRange(1),
+    help="Rows of a map's face; by default as fine as a cube of 256² texels a face.",
+)
 @click.option("--spp", type=click.IntRange(1), default=64, show_default=True, help="Rays traced a pixel.")
 @click.option("--distant", type=_GEOMETRY, default="box", show_default=True, help="Shape of the distant surroundings.")
 @click.option(
@@ -49,7 +61,8 @@ def bake(
     target: tuple[float, float, float] | None,
     fov: float | None,
     image_size: int,
-    em_size: int,
+    parameterization: str,
+    em_size: int | None,
     spp: int,
     distant: str,
     local: str,
@@ -68,6 +81,7 @@ def bake(
       reflet bake teapot-room --out teapot
       reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
       reflet bake shop.glb --reflect 'Vase*' --distant box --elevation 15 --out vase
+      reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
     from reflet.bake import bake as bake_scene
@@ -90,6 +104,7 @@ def bake(
             loaded,
             out,
             orbit_space(orbit, views, spacing),
+            parameterization=parameterization,
             em_size=em_size,
             spp=spp,
             distant=distant,

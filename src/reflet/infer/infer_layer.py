@@ -37,6 +37,7 @@ def infer_layer(
     *,
     prior: Float[np.ndarray, "texels channels"] | None = None,
     on_hull: Bool[np.ndarray, "triangles"] | None = None,
+    map_from_world: Float[np.ndarray, "3 3"] | None = None,
     settings: SolverSettings | None = None,
 ) -> Solution:
     """The env map of ``geometry`` that shows one traced layer of some parts best, at the layers' viewpoint.
@@ -45,13 +46,14 @@ def infer_layer(
     ``combined`` is all incident radiance, L + (1 - alpha)·D, for a PEM of one layer. A local map has four channels,
     premultiplied radiance and alpha; triangles of ``on_hull`` do not look it up. ``gbuffer`` and ``layers`` may come
     from different sub-samples: rows are matched by pixel and part. Texels that no sample sees keep ``prior`` (zero if
-    none is given), changed as their coarser neighbourhood was.
+    none is given), changed as their coarser neighbourhood was. ``map_from_world`` gives the frame of a view-dependent
+    map (`Layer.map_from_world`).
     """
     channels = 4 if kind == "local" else 3
     if prior is None:
         prior = np.zeros((chain.texel_count, channels), np.float32)
     select = looking_up(gbuffer, parts, on_hull if kind == "local" else None)
-    matrix = rendering_matrix(gbuffer, chain, geometry, lod_bias, select)
+    matrix = rendering_matrix(gbuffer, chain, geometry, lod_bias, select, map_from_world)
     target, weights = np.zeros((len(gbuffer.row_pixel), channels)), np.zeros((len(gbuffer.row_pixel), channels))
     rows, traced = common_rows(gbuffer, layers)
     target[rows] = _target(kind, layers)[traced]

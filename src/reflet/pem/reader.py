@@ -10,6 +10,7 @@ import numpy as np
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, Geometry
+from reflet.envmap.parameterizations import parameterization
 from reflet.errors import RefletError
 from reflet.files.ktx2 import read_ktx2
 from reflet.pem import layout
@@ -73,7 +74,14 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
     space = extension["parameterSpace"]
     orbit = space["orbit"]
     layers = tuple(
-        Layer(item["name"], item["kind"], tuple(item["parts"]), geometry_from_json(item["geometry"]), item["size"])
+        Layer(
+            item["name"],
+            item["kind"],
+            tuple(item["parts"]),
+            geometry_from_json(item["geometry"]),
+            item["size"],
+            parameterization(item.get("parameterization", "cube")),  # written since there are others
+        )
         for item in extension["layers"]
     )
     return ParameterizedEnvironmentMap(
@@ -134,5 +142,5 @@ class _MapsOnDisk(Sequence[tuple[EnvMap, ...]]):
 
 
 def _read_map(path: Path, geometry: Geometry, *, channels: int) -> EnvMap:
-    cube = read_ktx2(path)
-    return EnvMap(cube.chain, cube.texels()[:, :channels].astype(np.float32), geometry)
+    file = read_ktx2(path)
+    return EnvMap(file.chain, file.texels()[:, :channels].astype(np.float32), geometry)

@@ -142,6 +142,7 @@ class PemWriter:
                     "kind": layer.kind,
                     "parts": list(layer.parts),
                     "size": layer.size,
+                    "parameterization": layer.parameterization.name,
                     "geometry": geometry_to_json(layer.geometry),
                 }
                 for layer in layers

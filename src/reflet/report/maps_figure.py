@@ -1,4 +1,4 @@
-"""Env maps laid flat: six faces side by side, all coarser mip levels in a second row."""
+"""Env maps laid flat: all faces side by side, all coarser mip levels in a second row."""
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -13,8 +13,8 @@ PAPER = 1.0
 def env_map_sheet(env_map: EnvMap, exposure: float = EXPOSURE) -> UInt8[np.ndarray, "height width 3"]:
     """All faces and mip levels as an sRGB picture, one pixel a texel, in the manner of [Hakura01, Figure 5].
 
-    The first row holds the finest faces px nx py ny pz nz from left to right; the second the coarser levels one after
-    the other, which together are just narrower. A local map's alpha follows below in the same layout, white opaque.
+    The first row holds the finest faces from left to right; the second the coarser levels one after the other, which
+    together are just narrower. A local map's alpha follows below in the same layout, white opaque.
     """
     levels = [env_map.level(i) for i in range(env_map.chain.level_count)]
     blocks = [_two_rows([tone_map(level[..., :3], exposure) for level in levels])]
@@ -27,19 +27,19 @@ def env_map_sheet(env_map: EnvMap, exposure: float = EXPOSURE) -> UInt8[np.ndarr
 
 
 def _two_rows(levels: list[np.ndarray]) -> Float[np.ndarray, "height width 3"]:
-    """The finest level's six faces, and below them those of all others."""
-    size = levels[0].shape[1]
-    width = 6 * size + GAP * len(levels)
-    sheet = np.full((size + GAP + max(size // 2, 1), width, 3), PAPER)
-    sheet[:size, : 6 * size] = _side_by_side(levels[0])
+    """The finest level's faces, and below them those of all others."""
+    finest = _side_by_side(levels[0])
+    rows, columns, _ = finest.shape
+    sheet = np.full((rows + GAP + max(rows // 2, 1), columns + GAP * len(levels), 3), PAPER)
+    sheet[:rows, :columns] = finest
     left = 0
     for level in levels[1:]:
         faces = _side_by_side(level)
-        sheet[size + GAP : size + GAP + faces.shape[0], left : left + faces.shape[1]] = faces
+        sheet[rows + GAP : rows + GAP + faces.shape[0], left : left + faces.shape[1]] = faces
         left += faces.shape[1] + GAP
     return sheet
 
 
 def _side_by_side(faces: np.ndarray) -> Float[np.ndarray, "height width 3"]:
-    """Six faces in one row."""
+    """All faces in one row."""
     return np.concatenate(list(faces), axis=1).astype(np.float64)

@@ -41,12 +41,13 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
         "camera", f"elevation {orbit.elevation_deg:g}°, distance {orbit.distance:g} m, {orbit.fov_deg:g}° wide"
     )
     facts.add_row("inferred for", f"{pem.sample_count} samples a pixel, LOD bias {pem.lod_bias:g}")
+    facts.add_row("parameterization", ", ".join(sorted({layer.parameterization.name for layer in pem.layers})))
     facts.add_row("maps on disk", f"{_bytes(pem) / 2**20:.1f} MiB in half float")
     table = Table("layer", "kind", "geometry", box=box.SIMPLE_HEAD)
     for heading in ("size", "iterations", "residual", "texels seen"):
         table.add_column(heading, justify="right")
     for number, layer in enumerate(pem.layers):
-        table.add_row(layer.name, layer.kind, layer.geometry.kind, f"{layer.size}²×6", *_inference(pem, number))
+        table.add_row(layer.name, layer.kind, layer.geometry.kind, _size(layer), *_inference(pem, number))
     return table_text(facts) + "\n" + table_text(table)
 
 
@@ -67,7 +68,13 @@ def _bytes(pem: ParameterizedEnvironmentMap) -> int:
 
 
 def _layer_bytes(layer: Layer) -> int:
-    return 8 * 6 * (4 * layer.size**2 - 1) // 3
+    return 8 * layer.chain.texel_count
+
+
+def _size(layer: Layer) -> str:
+    """Columns, rows and faces."""
+    faces, rows, columns = layer.chain.level_shape(0)
+    return f"{columns}×{rows}" + (f"×{faces}" if faces > 1 else "")
 
 
 def table_text(table: Table) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, Int32
 
+from reflet.envmap.mip_chain import MipChain
 from reflet.scene.camera import Camera
 from reflet.scene.visibility import Visibility
 
@@ -54,3 +55,8 @@ class StaticProbe:
     origin: tuple[float, float, float]
     texels: Float32[np.ndarray, "texels 3"]
     distance: Float32[np.ndarray, "6 size size"]
+
+    @property
+    def chain(self) -> MipChain:
+        """The order of the texels."""
+        return MipChain(self.distance.shape[1])

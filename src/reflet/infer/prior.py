@@ -1,0 +1,37 @@
+"""The prior of inference: an object's static env map, laid out as the map that is inferred."""
+
+import numpy as np
+from jaxtyping import Float, Float32
+
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.texture_filter import sample
+
+_AT_ONCE = 1 << 16  # lookups: bounds the memory to some tens of MB
+
+
+def prior_texels(
+    cube: MipChain,
+    texels: Float32[np.ndarray, "cube_texels channels"],
+    chain: MipChain,
+    map_from_world: Float[np.ndarray, "3 3"],
+) -> Float32[np.ndarray, "texels channels"]:
+    """A static env map, a cube with all its mip levels, as a map of ``chain``, whose frame ``map_from_world`` gives.
+
+    Each texel of each level is a trilinear lookup in its own direction, at the LOD where the cube's texels see the same
+    solid angle: four times as much a level. Cubes of one size are handed through.
+    """
+    if chain == cube:
+        return texels
+    out = np.empty((chain.texel_count, texels.shape[1]), np.float32)
+    for mip_level, size in enumerate(chain.level_sizes):
+        in_map, _ = chain.parameterization.texel_directions(size)
+        in_map = in_map.reshape(-1, 3)
+        level = chain.level(out, mip_level).reshape(-1, texels.shape[1])
+        for start in range(0, len(in_map), _AT_ONCE):
+            some = slice(start, start + _AT_ONCE)
+            direction = in_map[some] @ map_from_world  # its transpose, from the left
+            finer = cube.parameterization.sampling_rate(direction) * cube.size**2
+            coarser = chain.parameterization.sampling_rate(in_map[some]) * size**2
+            lod = np.clip(0.5 * np.log2(finer / coarser), 0.0, cube.level_count - 1.0)
+            level[some] = sample(cube, texels, direction, lod)
+    return out
