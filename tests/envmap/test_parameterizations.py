@@ -14,7 +14,7 @@ from reflet.envmap.texture_filter import sample
 from reflet.errors import RefletError
 
 EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)
-ROUND = ("dual_paraboloid", "gazing_ball", "angular")
+ROUND = [name for name, p in PARAMETERIZATIONS.items() if p.is_round]
 
 # Where the labelled directions lie: face, u, v. Half the root of 1/2 is the sphere map's place of 45° and 135°.
 H = np.sqrt(0.125)
@@ -97,6 +97,14 @@ def jacobian(p: Parameterization, face: np.ndarray, uv: np.ndarray) -> tuple[np.
         p.direction_from_uv(face, uv + np.array(offset))[0] for offset in ((step, 0), (-step, 0), (0, step), (0, -step))
     ]
     return (at[0] - at[1]) / (2 * step), (at[2] - at[3]) / (2 * step), p.direction_from_uv(face, uv)[0]
+
+
+def away_from_folds(p: Parameterization, uv: np.ndarray) -> np.ndarray:
+    """Where differences of directions do not mix two sides of a fold, nor come so close to poles that rates are clamped
+    or to rims that directions are not smooth."""
+    x, y = np.abs(2.0 * uv.T - 1.0)
+    smooth = (np.minimum(x, y) > 1e-4) & (np.maximum(x, y) < 1 - 1e-3) & (np.abs(x + y - 1.0) > 1e-4)
+    return smooth & (np.hypot(x, y) < 1 - 1e-3) if p.is_round else smooth
 
 
 # --- round trips
@@ -207,14 +215,23 @@ def test_names_and_numbers_are_unique_and_found() -> None:
 @EACH
 def test_sampling_rate_is_texels_a_steradian(p: Parameterization) -> None:
     face, uv = places(p, 3000)
-    # On folds the difference quotient mixes both sides; at poles and rims d is not smooth, and the rate is clamped.
-    x, y = np.abs(2.0 * uv.T - 1.0)
-    smooth = (np.minimum(x, y) > 1e-4) & (np.maximum(x, y) < 1 - 1e-3) & (np.abs(x + y - 1.0) > 1e-4)
-    if p.name in ROUND:
-        smooth &= np.hypot(x, y) < 1 - 1e-3
+    smooth = away_from_folds(p, uv)
     along_u, along_v, d = (each[smooth] for each in jacobian(p, face, uv))
     steradians = np.linalg.norm(np.cross(along_u, along_v), axis=-1) / p.aspect
     np.testing.assert_allclose(p.sampling_rate(d) * steradians, 1.0, rtol=1e-6)  # differences err by 1e-10/|∂d|
+
+
+@EACH
+def test_axis_rates_are_singular_values(p: Parameterization) -> None:
+    face, uv = places(p, 3000)
+    smooth = away_from_folds(p, uv)
+    along_u, along_v, d = (each[smooth] for each in jacobian(p, face, uv))
+    radians_a_texel = np.linalg.svd(np.stack([along_u / p.aspect, along_v], -1), compute_uv=False)
+    least, most = p.axis_rates(d)
+    # Differences err by 1e-10/|∂d|; at 1e-3 from the sphere map's rim, where d bends as its root, by 1e-6.
+    np.testing.assert_allclose(least, 1.0 / radians_a_texel[:, 0], rtol=2e-6)
+    np.testing.assert_allclose(most, 1.0 / radians_a_texel[:, 1], rtol=2e-6)
+    np.testing.assert_allclose(least * most, p.sampling_rate(d), rtol=1e-12)  # closed forms both
 
 
 @EACH
@@ -304,7 +321,7 @@ def test_neighbours_over_seams_are_neighbours_on_the_sphere(p: Parameterization,
     step = np.linalg.norm(d[tuple(beside[used].T)] - d[tuple(neighbour[used].T)], axis=-1)
     # Texels at a seam are mirror images of each other: as far apart as neighbours inside, up to rounding. At the rim of
     # a disc the neighbour is the nearest texel: half a diagonal farther at most.
-    farther = np.sqrt(0.5) if p.name in ROUND else 1e-12
+    farther = np.sqrt(0.5) if p.is_round else 1e-12
     assert step.max() <= max(down.max(), right.max()) * (1.0 + farther)
 
 
@@ -312,7 +329,7 @@ def test_neighbours_over_seams_are_neighbours_on_the_sphere(p: Parameterization,
 @pytest.mark.parametrize("size", [1, 2, 5, 16])
 def test_neighbours_over_seams_are_mutual(p: Parameterization, size: int) -> None:
     _, beside, neighbour = around(p, size)
-    if p.name in ROUND:
+    if p.is_round:
         # only where the disc touches the border are the texels over the rim themselves at a border
         touching = np.abs(2 * beside[:, 1:] + 1 - size).min(1) <= 1
         beside, neighbour = beside[touching], neighbour[touching]
@@ -323,7 +340,7 @@ def test_neighbours_over_seams_are_mutual(p: Parameterization, size: int) -> Non
 def seam(p: Parameterization) -> np.ndarray:
     """Directions on all seams: what lies along the edges of the faces, or the rims of their discs."""
     along = np.linspace(0.0, 1.0, 501)
-    if p.name in ROUND:
+    if p.is_round:
         uv = 0.5 + 0.5 * np.stack([np.cos(2 * np.pi * along), np.sin(2 * np.pi * along)], -1)
     else:
         ends = np.zeros_like(along)
@@ -376,7 +393,7 @@ def test_smooth_radiance_is_shown_smoothly_over_seams(p: Parameterization) -> No
         assert errors[0] < (0.01 if p.name == "latlong" else 0.27)
         assert errors[1] < errors[0] / (12.0 if p.name == "latlong" else 3.0)
         # Only where a disc touches its face's border do lookups of the two sides read texels of two grids.
-        assert jumps[1] < (0.27 / 4.0 if p.name in ROUND else 1e-4)
+        assert jumps[1] < (0.27 / 4.0 if p.is_round else 1e-4)
 
 
 # --- compiled twins

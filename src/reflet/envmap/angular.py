@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from reflet.envmap.disc import corner_arcs, over_the_rim, texels_from_corners
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 _POINTS = 12  # of the quadrature from a quadrant's edge to its other end: exact to rounding
 _POLE = 1e-3  # sines below this are taken as this: keeps the sampling rate finite behind
@@ -18,6 +18,7 @@ class Angular(Parameterization):
 
     name = "angular"
     kind = 4
+    is_round = True
 
     def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
         """See the class; +z goes to the rim's right end."""
@@ -60,6 +61,15 @@ class Angular(Parameterization):
         ring = np.hypot(direction[..., 0], direction[..., 1])
         theta = np.arctan2(ring, -direction[..., 2])
         return np.asarray(np.where(theta < _POLE, 1.0, theta / np.maximum(ring, _POLE)) / (4.0 * np.pi**2))
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """1/2π along the radius, θ/(2π·sin θ) across."""
+        ring = np.hypot(direction[..., 0], direction[..., 1])
+        theta = np.arctan2(ring, -direction[..., 2])
+        # In the middle θ and sin θ vanish alike; behind, only sin θ.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across = np.where(theta == 0.0, 1.0, theta / ring)
+        return np.full(ring.shape, 0.5 / np.pi), across * (0.5 / np.pi)
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """The whole rim is +z: the neighbour lies on the other side of the disc."""

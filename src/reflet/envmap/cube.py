@@ -8,7 +8,7 @@ downwards, both in [-1, 1], so that texel (row, column) of a face of N texels ha
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from reflet.envmap.parameterization import NONE, UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import NONE, UV, AxisRates, Directions, Faces, Parameterization
 
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
 
@@ -104,6 +104,11 @@ class Cube(Parameterization):
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """dA/dω = (1/4)/m³ with m the largest component: dω = ds·dt/(1 + s² + t²)^1.5."""
         return np.asarray(0.25 / np.abs(direction).max(-1) ** 3)
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """1/2m across and 1/2m² away from the face's middle, m the largest component: a central projection's."""
+        largest = np.abs(direction).max(-1)
+        return 0.5 / largest, 0.5 / largest**2
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """The nearest texel of the neighbouring face; beyond a corner, where only three faces meet, none."""

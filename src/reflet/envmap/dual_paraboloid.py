@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from reflet.envmap.disc import corner_arcs, texels_from_corners
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 FACES = ("front", "back")
 
@@ -22,6 +22,7 @@ class DualParaboloid(Parameterization):
     name = "dual_paraboloid"
     kind = 2
     face_count = 2
+    is_round = True
 
     def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
         """See the class."""
@@ -54,6 +55,11 @@ class DualParaboloid(Parameterization):
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """dA/dω = (1/4)·(1 + r²)²/4 with 1 + r² = 2/(1 + |z|)."""
         return np.asarray(0.25 / (1.0 + np.abs(direction[..., 2])) ** 2)
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """The same along all axes: 1/(2(1 + |z|))."""
+        rate = 0.5 / (1.0 + np.abs(direction[..., 2]))
+        return rate, rate
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """The other face's texel nearest to the inverse point. Where the disc touches the border it is the very one."""

@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.octahedral import fold
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.octahedral import fold, rates_from_squares
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 
 class EqualAreaOctahedral(Parameterization):
@@ -47,6 +47,15 @@ class EqualAreaOctahedral(Parameterization):
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """1/4π."""
         return np.full(direction.shape[:-1], 0.25 / np.pi)
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """From dr/dθ = cos(θ/2)/√2 and r·dφ/sin θ = (2/π)/(√2·cos(θ/2)), θ the angle to the nearer of ±y."""
+        x, y, z = np.moveaxis(np.abs(direction), -1, 0)
+        square = 0.5 * (1.0 + y)  # of cos(θ/2)
+        phi = np.arctan2(z, x) * (2.0 / np.pi)
+        # The axis y itself has no azimuth; there φ = 0 stands for any, though the octants' seams meet.
+        squares = 0.125 * (square * ((1.0 - phi) ** 2 + phi**2) + 2.0 * (2.0 / np.pi) ** 2 / square)
+        return rates_from_squares(squares, self.sampling_rate(direction))
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """As the octahedral map's."""

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from reflet.envmap.disc import over_the_rim, rectangle_in_disc
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 
 class GazingBall(Parameterization):
@@ -18,6 +18,7 @@ class GazingBall(Parameterization):
 
     name = "gazing_ball"
     kind = 3
+    is_round = True
     is_view_dependent = True
 
     def uv_from_direction(self, direction: Directions) -> tuple[Faces, UV]:
@@ -46,6 +47,15 @@ class GazingBall(Parameterization):
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """(1/4)/4: the same everywhere; along the radius it falls to 0 at the rim, and rises across."""
         return np.full(direction.shape[:-1], 1.0 / 16.0)
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """cos(θ/2)/4 along the radius sin(θ/2), 1/(4·cos(θ/2)) across; θ the angle to +z."""
+        ring = np.hypot(direction[..., 0], direction[..., 1])
+        cosine = np.sin(
+            0.5 * np.arctan2(ring, -direction[..., 2])
+        )  # of θ/2: the sine of half the rest, exact at the rim
+        with np.errstate(divide="ignore"):
+            return 0.25 * cosine, np.asarray(0.25 / cosine)
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """The whole rim is -z: the neighbour lies on the other side of the disc."""

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 _POLE = 1e-3  # sines below this are taken as this: keeps the sampling rate finite at the poles
 
@@ -42,6 +42,12 @@ class LatLong(Parameterization):
         """dA/dω = (2·1)/(2π·π·sin θ)."""
         ring = np.hypot(direction[..., 0], direction[..., 2])
         return np.asarray(1.0 / (np.pi**2 * np.maximum(ring, _POLE)))
+
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """1/π along the meridians, 1/(π·sin θ) along the parallels."""
+        ring = np.hypot(direction[..., 0], direction[..., 2])
+        with np.errstate(divide="ignore"):
+            return np.full(ring.shape, 1.0 / np.pi), np.asarray(1.0 / (np.pi * ring))
 
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """Around in u; over a pole half way around, in the same row."""

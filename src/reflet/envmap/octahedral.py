@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.parameterization import UV, Directions, Faces, Parameterization
+from reflet.envmap.parameterization import UV, AxisRates, Directions, Faces, Parameterization
 
 _Corners = Float[np.ndarray, "cells cells"]
 
@@ -57,6 +57,13 @@ class Octahedral(Parameterization):
         """dA/dω = (1/4)·|p|³, for the faces of the octahedron project onto the square's plane: dω = dA/|p|³."""
         return np.asarray(0.25 / np.abs(direction).sum(-1) ** 3)
 
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """From the gradients of p.x and p.z: (n·x̂ - x·σ)/n², with n = |x| + |y| + |z| and σ the signs of d."""
+        x, _, z = np.moveaxis(np.abs(direction), -1, 0)
+        n = np.abs(direction).sum(-1)
+        squares = 0.25 * (2.0 * n * n - 2.0 * n * (x + z) + 3.0 * (x * x + z * z)) / n**4
+        return rates_from_squares(squares, self.sampling_rate(direction))
+
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
         """Each half of an edge meets the other half, mirrored at the edge's middle; see `fold`."""
         return face, *fold(row, column, size)
@@ -75,6 +82,12 @@ def _triangle(a: _Corners, b: _Corners, c: _Corners, half: int) -> _Corners:
     below += (0.5 * (b + c) - square) * norm_a
     below += (0.5 * (c + a) - square) * norm_b
     return 2.0 * np.arctan2(square, below)
+
+
+def rates_from_squares(squares: Float[np.ndarray, "*batch"], area: Float[np.ndarray, "*batch"]) -> AxisRates:
+    """Singular values of a 2×2 matrix, least first, from the sum of its squares and its determinant."""
+    most = np.sqrt(0.5 * (squares + np.sqrt(np.maximum(squares * squares - 4.0 * area * area, 0.0))))
+    return area / most, most
 
 
 def fold(row: Faces, column: Faces, size: int) -> tuple[Faces, Faces]:

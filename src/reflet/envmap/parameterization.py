@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 Directions = Float[np.ndarray, "*batch 3"]
 UV = Float[np.ndarray, "*batch 2"]
+AxisRates = tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]
 Faces = Int[np.ndarray, "*batch"]
 
 NONE = -1  # the face of a texel that is not there: beyond a corner of the cube
@@ -29,6 +30,7 @@ class Parameterization(ABC):
     kind: ClassVar[int]  # its number in compiled kernels and shaders
     face_count: ClassVar[int] = 1
     aspect: ClassVar[int] = 1  # columns over rows of a face
+    is_round: ClassVar[bool] = False  # whether only the disc inscribed in each face is valid
     is_view_dependent: ClassVar[bool] = False  # whether a map serves only the viewing direction it was made for
 
     @abstractmethod
@@ -49,6 +51,14 @@ class Parameterization(ABC):
     @abstractmethod
     def sampling_rate(self, direction: Directions) -> Float[np.ndarray, "*batch"]:
         """Texels per steradian around unit directions, in a map of size 1; times size² in one of any size."""
+
+    @abstractmethod
+    def axis_rates(self, direction: Directions) -> AxisRates:
+        """Texels per radian along the worst and the best axis around unit directions, in a map of size 1.
+
+        These are the singular values of d(uv·texels)/d(direction); their product is the sampling rate. 0 and infinity
+        at poles and rims are not clamped.
+        """
 
     @abstractmethod
     def across_seams(self, face: Faces, row: Faces, column: Faces, size: int) -> tuple[Faces, Faces, Faces]:
