@@ -13,8 +13,10 @@ from typing import Any
 _PUBLIC = {
     "Camera": "reflet.scene.camera",
     "Comparison": "reflet.report.comparison",
+    "EnvImage": "reflet.envmap.env_image",
     "EnvMap": "reflet.envmap.env_map",
     "Orbit": "reflet.scene.parameter_space",
+    "PARAMETERIZATIONS": "reflet.envmap.parameterizations",
     "ParameterSpace": "reflet.scene.parameter_space",
     "ParameterizedEnvironmentMap": "reflet.pem.pem",
     "RefletError": "reflet.errors",
@@ -23,13 +25,20 @@ _PUBLIC = {
     "Tracer": "reflet.trace.tracer",
     "bake": "reflet.bake",
     "compare": "reflet.compare",
+    "convert": "reflet.convert",
     "frame_orbit": "reflet.scene.framing",
     "infer_layer": "reflet.infer.infer_layer",
+    "join": "reflet.join",
+    "join_hemispheres": "reflet.envmap.hemispheres",
     "load_scene": "reflet.load",
     "open_pem": "reflet.pem.container",
     "orbit_space": "reflet.scene.parameter_space",
+    "parameterization": "reflet.envmap.parameterizations",
+    "read_env_image": "reflet.files.env_image_file",
+    "resample": "reflet.envmap.resample",
     "save_pem": "reflet.pem.container",
     "verify": "reflet.verify",
+    "write_env_image": "reflet.files.env_image_file",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605
@@ -47,7 +56,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """Keeps the functions `bake`, `compare` and `verify` in front of the modules of the same names.
+    """Keeps functions such as `bake`, `compare` and `convert` in front of the modules of the same names.
 
     Importing a submodule binds it to its package's attribute, which would hide the function from then on.
     """

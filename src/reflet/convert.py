@@ -8,11 +8,11 @@ from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.errors import RefletError
-from reflet.files.env_image_file import read_env_image, write_env_image
+from reflet.files.env_image_file import read_levels, write_env_image
 from reflet.progress import ProgressCallback, silent
 
 WITH_MIP_LEVELS = (".ktx2", ".ktx", ".dds")  # formats of textures, which come with their mip levels
-LARGEST = 16384  # rows of a face: no graphics system takes larger textures
+LARGEST = 16384  # rows of a face: graphics systems take no larger textures
 
 
 def convert(
@@ -21,49 +21,70 @@ def convert(
     *,
     to: Parameterization | None = None,
     size: int | None = None,
-    layout: str | None = None,
     source_is: Parameterization | None = None,
+    layout: str | None = None,
     mips: bool | None = None,
+    texel_format: str | None = None,
+    zstd: bool = False,
     progress: ProgressCallback = silent,
 ) -> EnvImage:
     """Writes the environment in ``source`` to ``out`` in the parameterization ``to`` and returns its finest level.
 
     By default the parameterization stays as it is, and ``size``, the rows of a face, is that of equal sampling: about
-    as many texels over the sphere as before. Formats go by suffix; ``layout`` is how the faces of a cube lie in a
-    picture, ``source_is`` the source's parameterization where its file does not tell. ``mips`` adds all mip levels, by
-    default to .ktx2, .ktx and .dds. Raises RefletError for what cannot be read, written or held.
+    as many texels over the sphere as before. ``source_is`` is the source's parameterization where its file does not
+    tell. ``layout``, ``texel_format`` and ``zstd`` are those of `write_env_image`. ``mips`` adds all mip levels, by
+    default to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
+    RefletError for what cannot be read, written or held.
     """
     if size is not None and not 1 <= size <= LARGEST:
         raise RefletError(f"A map has 1 to {LARGEST} rows a face, not {size}.")
-    progress("read", 0, 1)
-    image = read_env_image(source, source_is)
-    progress("read", 1, 1)
-    to = image.parameterization if to is None else to
-    size = size or default_size(image, to)
-    progress("resample", 0, 1)
-    if (to, size) != (image.parameterization, image.size):
-        image = resample(image, to, size)
-    progress("resample", 1, 1)
-    write(image, out, layout, mips, progress)
-    return image
-
-
-def write(
-    image: EnvImage,
-    out: str | Path,
-    layout: str | None = None,
-    mips: bool | None = None,
-    progress: ProgressCallback = silent,
-) -> None:
-    """Writes one level, or with ``mips`` all of them, filtered from it; by default as the format has it."""
     with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
+    progress("read", 0, 1)
+    levels = read_levels(source, source_is)
+    progress("read", 1, 1)
+    finest = levels[0]
+    to = finest.parameterization if to is None else to
+    if size is None:
+        size = default_size(finest, to, with_mips)
+    if (to, size) != (finest.parameterization, finest.size):
+        progress("resample", 0, 1)
+        levels = (resample(finest, to, size),)
+        progress("resample", 1, 1)
     progress("write", 0, 1)
-    write_env_image(out, mip_images(image) if with_mips else (image,), layout)
+    write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
     progress("write", 1, 1)
+    return levels[0]
 
 
-def default_size(image: EnvImage, to: Parameterization) -> int:
-    """The image's own size where nothing changes, else that of equal sampling."""
-    if to == image.parameterization:
+def default_size(image: EnvImage, to: Parameterization, with_mips: bool) -> int:
+    """The image's own size where that will do, else that of equal sampling: a power of two if mip levels are wanted."""
+    if to == image.parameterization and not (with_mips and _odd(image.size)):
         return image.size
-    return equal_sampling_size(to, texels_over_sphere(image.parameterization) * image.size**2)
+    return equal_sampling_size(to, texels_over_sphere(image.parameterization) * image.size**2, with_mips)
+
+
+def write_levels(
+    out: str | Path,
+    levels: tuple[EnvImage, ...],
+    with_mips: bool,
+    *,
+    layout: str | None = None,
+    texel_format: str | None = None,
+    zstd: bool = False,
+) -> None:
+    """Writes the finest level alone, or all, which are filtered from it where there is only that one."""
+    if not with_mips:
+        levels = levels[:1]
+    elif len(levels) == 1:
+        if _odd(levels[0].size):
+            raise RefletError(
+                f"Mip levels need a size that is a power of two, not {levels[0].size}; choose one or leave them out "
+                "(--no-mips)."
+            )
+        levels = mip_images(levels[0])
+    write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
+
+
+def _odd(size: int) -> bool:
+    """Whether a map of this size has no whole chain of mip levels."""
+    return bool(size & (size - 1))

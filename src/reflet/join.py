@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from reflet.convert import write
-from reflet.envmap.dual_paraboloid import DualParaboloid
+from reflet.convert import WITH_MIP_LEVELS, write_levels
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.hemispheres import HALF_TURN, HemispherePicture, join_hemispheres
+from reflet.envmap.hemispheres import DUAL_PARABOLOID, HALF_TURN, HemispherePicture, join_hemispheres
 from reflet.envmap.parameterization import Parameterization
-from reflet.files.radiance_picture import read_radiance_picture
+from reflet.errors import RefletError
+from reflet.files.picture_file import READ, read_picture_file
 from reflet.progress import ProgressCallback, silent
 
 Circle = tuple[float, float, float]
@@ -28,7 +28,7 @@ def join(
     front_from_back: Float[np.ndarray, "3 3"] = HALF_TURN,
     blend_deg: float | None = None,
     balance: bool = False,
-    to: Parameterization | None = None,
+    to: Parameterization = DUAL_PARABOLOID,
     size: int | None = None,
     layout: str | None = None,
     progress: ProgressCallback = silent,
@@ -39,7 +39,7 @@ def join(
     8 bits are taken as sRGB, alpha is left out. Raises RefletError for what cannot be read, joined or written.
     """
     progress("read", 0, 1)
-    pictures = [read_radiance_picture(path)[..., :3] for path in (front, back) if path is not None]
+    pictures = [_radiance(path) for path in (front, back) if path is not None]
     progress("read", 1, 1)
     ahead = HemispherePicture(pictures[0], projection, fov_deg, circle)
     behind = HemispherePicture(pictures[1], projection, fov_deg, back_circle or circle) if back is not None else None
@@ -50,12 +50,26 @@ def join(
         front_from_back=front_from_back,
         blend_deg=blend_deg,
         balance=balance,
-        to=to or DualParaboloid(),
+        to=to,
         size=size,
     )
     progress("join", 1, 1)
-    write(image, out, layout, progress=progress)
+    progress("write", 0, 1)
+    with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS and image.size.bit_count() == 1
+    write_levels(out, (image,), with_mips, layout=layout)
+    progress("write", 1, 1)
     return image
+
+
+def _radiance(path: str | Path) -> Float[np.ndarray, "height width channels"]:
+    """Red, green and blue, or grey, of a picture that is light."""
+    if Path(path).suffix.lower() not in READ:
+        raise RefletError(f"{path} is no picture that can be read; give a file that ends in {' '.join(READ)}.")
+    pixels = read_picture_file(path).pixels
+    pixels = pixels[..., : 3 if pixels.shape[2] >= 3 else 1]
+    if not np.isfinite(pixels).all():
+        raise RefletError(f"{path} holds radiance that is not finite (NaN or infinite); repair these pixels.")
+    return pixels
 
 
 def camera_turn(yaw_deg: float, pitch_deg: float, roll_deg: float) -> Float[np.ndarray, "3 3"]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import PARAMETERIZATION, from_option
+from reflet.cli.options import PARAMETERIZATION, from_option, layout_option
 from reflet.cli.progress import progress_bar
 
 
@@ -13,8 +13,14 @@ from reflet.cli.progress import progress_bar
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
 @click.option("--to", type=PARAMETERIZATION, help="What to make of it; by default it stays what it is.")
 @click.option("--size", type=int, help="Rows of a face; by default about as many texels as before.")
-@click.option("--layout", metavar="LAYOUT", help="How the faces of a cube lie in a picture, such as horizontal-cross.")
+@layout_option
 @click.option("--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds.")
+@click.option(
+    "--texel-format",
+    type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
+    help="How texels are stored; by default half in textures, float in .exr.",
+)
+@click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
 @from_option
 def convert(
     source: Path,
@@ -23,16 +29,22 @@ def convert(
     size: int | None,
     layout: str | None,
     mips: bool | None,
+    texel_format: str | None,
+    zstd: bool,
     source_is: str | None,
 ) -> None:
     """Reads IN, resamples it with a filter that keeps its energy, and writes OUT.
 
+    Formats go by suffix: .hdr .exr .png .jpg .ktx2 .ktx .dds. Six files of a cube are a folder, or a name with {face}
+    in it, which stands for px nx py ny pz nz.
+
     \b
     Examples:
       reflet convert studio.hdr studio.ktx2 --to cube
+      reflet convert studio.hdr studio.ktx2 --to octahedral --size 512 --texel-format rgb9e5 --zstd
       reflet convert studio.hdr cross.exr --to cube --size 512 --layout horizontal-cross
-      reflet convert probe.hdr studio.hdr --from angular --to latlong
-      reflet convert faces.png small.dds --from cube --size 64
+      reflet convert studio.hdr 'sky_{face}.png' --to cube
+      reflet convert probe.hdr studio.exr --from angular --to latlong
     """
     from reflet.convert import convert as convert_file
     from reflet.envmap.parameterizations import parameterization
@@ -43,9 +55,11 @@ def convert(
             out,
             to=parameterization(to) if to else None,
             size=size,
-            layout=layout,
             source_is=parameterization(source_is) if source_is else None,
+            layout=layout,
             mips=mips,
+            texel_format=texel_format,
+            zstd=zstd,
             progress=progress,
         )
     click.echo(f"{out} is written: {image.parameterization}, {image.size} rows a face.")

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import from_option
+from reflet.errors import RefletError
 
 
 @click.command(short_help="Say what a PEM or an environment map file holds.")
@@ -15,7 +16,7 @@ def info(path: Path, source_is: str | None) -> None:
 
     Of a PEM: viewpoints, layers with their geometries, sizes, and how well inference went. Of a file: kind, size,
     range of radiance, its integral over all directions, how much of it comes from the brightest 0.01 % of them, from
-    where; and a small picture if the terminal has the colours.
+    where; and a small picture if the terminal has the colours. Azimuth 0 is +x, 90 is -z.
 
     \b
     Examples:
@@ -23,16 +24,30 @@ def info(path: Path, source_is: str | None) -> None:
       reflet info studio.hdr
       reflet info probe.exr --from angular
     """
-    from rich.console import Console
-
-    if path.is_dir():
+    if path.is_dir() and not _holds_a_cube(path):
         from reflet.pem.container import open_pem
         from reflet.report.table import pem_table
 
         click.echo(pem_table(open_pem(path)))
-        return
+    else:
+        _tell_of_map(path, source_is)
+
+
+def _holds_a_cube(folder: Path) -> bool:
+    from reflet.files.picture_file import READ
+    from reflet.files.six_files import six_files
+
+    try:
+        return six_files(folder, READ) is not None
+    except RefletError:
+        return False
+
+
+def _tell_of_map(path: Path, source_is: str | None) -> None:
+    from rich.console import Console
+
     from reflet.envmap.parameterizations import parameterization
-    from reflet.files.env_image_file import read_levels
+    from reflet.files.env_image_file import file_facts, read_levels
     from reflet.report.env_image_table import env_image_table
     from reflet.report.terminal_picture import terminal_picture
 
@@ -40,4 +55,4 @@ def info(path: Path, source_is: str | None) -> None:
     console = Console()
     if console.is_terminal and console.color_system in ("truecolor", "256"):
         console.print(terminal_picture(levels[0], min(console.width, 96)), end="")
-    click.echo(env_image_table(levels))
+    click.echo(env_image_table(file_facts(path), levels))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import PARAMETERIZATION, Vector
+from reflet.cli.options import PARAMETERIZATION, Vector, layout_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.hemispheres import PROJECTIONS
 
@@ -36,7 +36,7 @@ from reflet.envmap.hemispheres import PROJECTIONS
 @click.option("--balance", is_flag=True, help="Match BACK's exposure to FRONT's where both see.")
 @click.option("--to", type=PARAMETERIZATION, default="dual_paraboloid", show_default=True, help="What to make of them.")
 @click.option("--size", type=int, help="Rows of a face; by default about as many texels as there are pixels.")
-@click.option("--layout", metavar="LAYOUT", help="How the faces of a cube lie in a picture, such as horizontal-cross.")
+@layout_option
 def join(
     front: Path,
     back: Path | None,

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.files.cube_layouts import LAYOUTS
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
@@ -26,6 +27,11 @@ samples_option = click.option(
 PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS))
 from_option = click.option(
     "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."
+)
+layout_option = click.option(
+    "--layout",
+    type=click.Choice([*LAYOUTS, "openexr"]),
+    help="How the faces of a cube lie in a picture; openexr for .exr files as OpenEXR's own tools have them.",
 )
 
 

@@ -6,18 +6,21 @@ from rich.table import Table
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.facts import BRIGHTEST_SHARE, Vec3, azimuth_and_elevation, facts
+from reflet.files.file_facts import FileFacts
 from reflet.report.table import table_text
 
 _CHANNELS = {1: "grey", 2: "grey and alpha", 3: "RGB", 4: "RGB and alpha"}
 
 
-def env_image_table(levels: Sequence[EnvImage]) -> str:
-    """Kind, size, range and energy of the finest of the mip levels, with where its light comes from."""
+def env_image_table(file: FileFacts, levels: Sequence[EnvImage]) -> str:
+    """Kind, size, range and energy of the finest of a file's mip levels, with where its light comes from."""
     finest = levels[0]
     faces, rows, columns, channels = finest.texels.shape
     found = facts(finest)
     table = Table(box=None, show_header=False)
-    table.add_row("kind", finest.parameterization.name)
+    table.add_row("file", ", ".join(word for word in (file.form, file.texel_format, file.supercompression) if word))
+    layout = f", {file.layout}" if file.layout not in (None, "single", "cube", "layers") else ""
+    table.add_row("kind", finest.parameterization.name + layout)
     size = f"{columns}×{rows}" + (f", {faces} faces" if faces > 1 else "")
     table.add_row("size", f"{size}, {_CHANNELS[channels]}" + (f", {len(levels)} mip levels" if len(levels) > 1 else ""))
     table.add_row("radiance", f"{found.least:.4g} to {found.greatest:.4g}")

@@ -17,7 +17,7 @@ from reflet.report.maps_figure import env_map_sheet
 from reflet.report.measures import picture_srgb
 from reflet.report.table import pem_table
 
-_STYLE = """
+PAGE_STYLE = """
 :root { color-scheme: light; --ink: #1d1d1f; --soft: #6e6e73; --line: #e3e3e6; }
 body { margin: 0 auto; padding: 3rem 1.25rem 5rem; max-width: 62rem; color: var(--ink); background: #fff;
        font: 16px/1.55 system-ui, sans-serif; }
@@ -52,7 +52,7 @@ def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, nam
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title}: parameterized environment maps</title>
-<style>{_STYLE}</style>
+<style>{PAGE_STYLE}</style>
 <h1>{title}</h1>
 <p class="soft">Ray-traced reflections, baked into parameterized environment maps by reflet.</p>
 <div class="pair">
