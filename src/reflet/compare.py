@@ -76,6 +76,7 @@ def compare(
     reference_spp: int = 256,
     trace_spp: int | None = None,
     variant: str = "llvm_ad_rgb",
+    rivals: bool = True,
     images: str | Path | None = None,
     progress: ProgressCallback = silent,
 ) -> Comparison:
@@ -83,6 +84,7 @@ def compare(
 
     ``samples`` a pixel are shown (default: those that the maps were inferred for). Rivals are inferred at the same
     samples from the same layers (``trace_spp`` defaults to the bake's); static maps are seen from the object's centre.
+    Without ``rivals`` the PEM alone is measured.
     The reference has ``reference_spp`` samples a pixel. With ``images`` the pictures behind each number are written
     into that folder: ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object,
     zero where the mask is), and reference-picture and layered-picture (everything). Holds about 20 bytes a pixel and
@@ -131,7 +133,7 @@ def compare(
     adapter = adapter_name(renderer.device)
     del renderer
     noise = _noise_floor(tracer, references[0], reference_spp)
-    for method, rival in _rivals(pem, tracer, trace_spp, progress):
+    for method, rival in _rivals(pem, tracer, trace_spp, progress) if rivals else ():
         renderer = Renderer(rival)
         for reference in references:
             image = _straight(renderer.frame(reference.view.camera, what="object", samples=samples))
