@@ -1,13 +1,12 @@
 """From fine mip levels to coarse ones and back."""
 
-from collections.abc import Iterator
-
 import numpy as np
 from jaxtyping import Float, Shaped
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.texture_filter import MISSING, padded_indices
+from reflet.envmap.padding import continued, padded
+from reflet.envmap.parameterization import Parameterization
 
 
 def mip_levels_from_finest(
@@ -26,6 +25,16 @@ def mip_levels_from_finest(
         flux, weight = _sum_of_four(flux), _sum_of_four(weight)
         chain.level(texels, level)[...] = flux / np.maximum(weight, 1e-30)
     return texels
+
+
+def halved(
+    parameterization: Parameterization, texels: Float[np.ndarray, "faces rows columns channels"]
+) -> Float[np.ndarray, "faces half_rows half_columns channels"]:
+    """The next coarser level of a map of an even number of rows: solid-angle weighted means of two by two texels."""
+    solid_angle = parameterization.texel_solid_angle(texels.shape[1])[..., None]
+    weight = _sum_of_four(solid_angle)
+    coarse = (_sum_of_four(texels * solid_angle) / np.where(weight > 0.0, weight, 1.0)).astype(texels.dtype)
+    return continued(parameterization, coarse, weight[0, ..., 0] == 0.0)
 
 
 def mip_images(image: EnvImage) -> tuple[EnvImage, ...]:
@@ -57,19 +66,5 @@ def prolong(
 def pad(
     chain: MipChain, texels: Shaped[np.ndarray, "texels *channels"], mip_level: int
 ) -> Float[np.ndarray, "faces rows columns *channels"]:
-    """One level with its neighbours' nearest texels around every face; where none is, at a cube's corners, the mean of
-    the three texels there."""
-    index = padded_indices(chain, mip_level)
-    padded = texels[index]
-    if not (index == MISSING).any():
-        return padded
-    for row, column, inner_row, inner_column in _corners():
-        three = ((inner_row, inner_column), (row, inner_column), (inner_row, column))
-        padded[:, row, column] = sum(padded[:, r, c] for r, c in three) / 3.0
-    return padded
-
-
-def _corners() -> Iterator[tuple[int, int, int, int]]:
-    for row, inner_row in ((0, 1), (-1, -2)):
-        for column, inner_column in ((0, 1), (-1, -2)):
-            yield row, column, inner_row, inner_column
+    """One level, `padded`."""
+    return padded(chain.parameterization, chain.level(texels, mip_level))
