@@ -164,9 +164,9 @@ def test_scale_does_not_matter(p: Parameterization) -> None:
         assert np.abs(near).max() < (1e-7 if p.name == "gazing_ball" else 1e-14)
 
 
-@pytest.mark.parametrize("name", ["dual_paraboloid", "angular"])
+@pytest.mark.parametrize("name", ROUND)
 def test_outside_the_disc_the_map_goes_on(name: str) -> None:
-    """The paraboloid's inverse point on the other face; the angular map's point at 2 - r on the other side."""
+    """The paraboloid's inverse point on the other face; the others' point at 2 - r on the other side."""
     p = PARAMETERIZATIONS[name]
     rng = np.random.default_rng(2)
     place = rng.uniform(-1.0, 1.0, (2000, 2))

@@ -110,6 +110,9 @@ def direction_at(kind, face, u, v):  # type: ignore[no-untyped-def]
             scale = 1.0 / (1.0 + square)
             return 2.0 * x * scale, 2.0 * y * scale, (1.0 - square) * (scale if face == 0 else -scale)
         if kind == GAZING_BALL:
+            if square > 1.0:
+                scale = 1.0 - 2.0 / sqrt(square)
+                x, y, square = scale * x, scale * y, scale * scale * square
             height = sqrt(max(1.0 - square, 0.0))
             return 2.0 * height * x, 2.0 * height * y, 2.0 * height * height - 1.0
         radius = sqrt(square)

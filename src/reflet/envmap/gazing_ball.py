@@ -33,12 +33,14 @@ class GazingBall(Parameterization):
         return np.zeros(ring.shape, np.int64), uv
 
     def direction_from_uv(self, face: Faces, uv: UV) -> tuple[Directions, Bool[np.ndarray, "*batch"]]:
-        """d = 2(h·ẑ)h - ẑ; outside the disc -z, the direction of the rim."""
+        """d = 2(h·ẑ)h - ẑ; outside the disc at radius r, past -z, that of the other side at 2 - r."""
         x, y = 2.0 * uv[..., 0] - 1.0, 1.0 - 2.0 * uv[..., 1]
-        radius_squared = x * x + y * y
-        height = np.sqrt(np.maximum(1.0 - radius_squared, 0.0))
+        radius = np.hypot(x, y)
+        scale = np.where(radius > 1.0, 1.0 - 2.0 / np.maximum(radius, 1.0), 1.0)
+        x, y = scale * x, scale * y
+        height = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
         direction = np.stack([2.0 * height * x, 2.0 * height * y, 2.0 * height * height - 1.0], -1)
-        return direction, radius_squared <= 1.0
+        return direction, radius <= 1.0
 
     def texel_solid_angle(self, size: int) -> Float[np.ndarray, "1 size size"]:
         """Four times the texel's area inside the unit disc."""

@@ -147,7 +147,9 @@ fn map_direction(kind: u32, face: u32, uv: vec2f) -> vec3f {
       return vec3f(2.0 * p, select(-1.0, 1.0, face == 0u) * (1.0 - square)) / (1.0 + square);
     }
     case GAZING_BALL: {
-      let p = plane_from_uv(uv);
+      var p = plane_from_uv(uv);
+      let radius = length(p);
+      p *= select(1.0, 1.0 - 2.0 / radius, radius > 1.0);  // past the rim the map goes on over its other side
       let height = sqrt(max(1.0 - dot(p, p), 0.0));
       return vec3f(2.0 * height * p, 2.0 * height * height - 1.0);
     }
