@@ -21,7 +21,6 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.latlong import LatLong
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.resample import radiance_at
 from reflet.errors import RefletError
 from reflet.files import dds, ktx1, ktx2_container
 from reflet.files.atomic import atomic_path
@@ -293,6 +292,8 @@ def _write_openexr(path: Path, image: EnvImage, *, half: bool) -> None:
         raise RefletError(
             f"{path} cannot be laid out as OpenEXR does; that is for .exr files of lat-long maps and cubes."
         )
+    from reflet.envmap.resample import radiance_at  # compiled, and needed by nothing else here
+
     layout: Literal["latlong", "cube"] = "cube" if image.parameterization == CUBE else "latlong"
     width, height = (image.size, 6 * image.size) if layout == "cube" else (2 * image.size, image.size)
     directions = openexr_directions(layout, width, height)

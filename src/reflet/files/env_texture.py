@@ -70,7 +70,10 @@ def named_parameterization(name: str | None) -> Parameterization | None:
 
 
 def levels_from_texture(texture: Texture, laid_out: Parameterization) -> tuple[EnvImage, ...]:
-    """The decoded mip levels, finest first; those that are no map of their own (1×1 of a lat-long map) are left out."""
+    """The decoded mip levels, finest first; those that are no map of their own (1×1 of a lat-long map) are left out.
+
+    None at all where the texture is no such map.
+    """
     decoded = []
     for mip_level in range(len(texture.levels)):
         rows, columns = texture.level_shape(mip_level)
@@ -82,7 +85,7 @@ def levels_from_texture(texture: Texture, laid_out: Parameterization) -> tuple[E
 
 def as_radiance(levels: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Grey as three equal channels; alpha that is 1 everywhere is left out."""
-    channels = levels[0].shape[-1]
+    channels = levels[0].shape[-1] if levels else 0
     if channels == 1:
         return [np.repeat(texels, 3, axis=-1) for texels in levels]
     if channels == 4 and all((texels[..., 3] == 1.0).all() for texels in levels):

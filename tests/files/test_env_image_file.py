@@ -1,0 +1,335 @@
+"""The entrance for files: every form keeps what it can, kinds are told or guessed, and the rest is one sentence."""
+
+import numpy as np
+import pytest
+from textures import random_texture
+
+from reflet.envmap.cube import CUBE, FACES
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.mip_reduction import mip_images
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.errors import RefletError
+from reflet.files.cube_layouts import LAYOUTS, layouts_of
+from reflet.files.dds import write_dds_texture
+from reflet.files.env_image_file import file_facts, read_env_image, read_levels, write_env_image
+from reflet.files.exr import write_exr
+from reflet.files.hdr import write_hdr
+from reflet.files.ktx2_container import write_texture
+from reflet.files.png import write_png
+from reflet.files.six_files import NAMES
+
+LATLONG, PARABOLOID, ANGULAR = (PARAMETERIZATIONS[name] for name in ("latlong", "dual_paraboloid", "angular"))
+SQUARE = ("gazing_ball", "angular", "octahedral", "equal_area_octahedral")
+
+# Largest error of values in [0, 0.9]: half a step of the format at its coarsest there.
+STEP = {
+    ".hdr": 1 / 256 / 2,  # mantissas of 8 bits
+    ".exr": 0.0,
+    ".png": 0.5 / 255 * 2.3,  # half a code, times the slope of sRGB's curve at white
+    ".ktx2": 2.0**-12,  # of half floats in [0.5, 1]
+    ".ktx": 2.0**-12,
+    ".dds": 2.0**-12,
+}
+
+
+def random_image(laid_out, size=8, channels=3):
+    """Values below 0.9: shared exponents stay below that of 1."""
+    rng = np.random.default_rng(5)
+    return EnvImage(laid_out, (0.9 * rng.random((*laid_out.shape(size), channels))).astype(np.float32))
+
+
+@pytest.mark.parametrize("suffix", STEP)
+@pytest.mark.parametrize("laid_out", PARAMETERIZATIONS.values(), ids=str)
+def test_round_trip(tmp_path, laid_out, suffix):
+    """All levels where there are several; the kind is known without asking, but for squares in DDS."""
+    image = random_image(laid_out)
+    levels = mip_images(image) if suffix in (".ktx2", ".ktx", ".dds") else (image,)
+    path = tmp_path / f"map{suffix}"
+    write_env_image(path, levels)
+    told = laid_out if suffix == ".dds" and laid_out.name in SQUARE else None
+    read = read_levels(path, told)
+    assert [level.parameterization for level in read] == [laid_out] * len(levels)
+    for ours, theirs in zip(read, levels, strict=True):
+        np.testing.assert_allclose(ours.texels, theirs.texels, rtol=0, atol=STEP[suffix])
+        assert ours.texels.dtype == np.float32
+    assert file_facts(path).level_count == len(levels)
+    assert file_facts(path).parameterization == (None if told else laid_out)
+
+
+@pytest.mark.parametrize("suffix", [".hdr", ".exr", ".png"])
+@pytest.mark.parametrize("laid_out", [CUBE, PARABOLOID], ids=str)
+def test_layouts(tmp_path, laid_out, suffix):
+    image = random_image(laid_out)
+    for layout in layouts_of(laid_out):
+        write_env_image(tmp_path / f"map{suffix}", [image], layout)
+        np.testing.assert_allclose(
+            read_env_image(tmp_path / f"map{suffix}").texels, image.texels, rtol=0, atol=STEP[suffix]
+        )
+        assert file_facts(tmp_path / f"map{suffix}").layout == layout
+
+
+@pytest.mark.parametrize("suffix", [".hdr", ".exr", ".png"])
+@pytest.mark.parametrize("names", NAMES, ids=lambda names: names[0])
+def test_six_files(tmp_path, names, suffix):
+    """Written as px nx …, read under each set of names: by a folder, and by a name with a place for the face's."""
+    image = random_image(CUBE)
+    write_env_image(tmp_path / "written" / f"{{face}}{suffix}", [image])
+    assert sorted(file.name for file in (tmp_path / "written").iterdir()) == sorted(f"{f}{suffix}" for f in FACES)
+    (tmp_path / "named").mkdir()
+    for ours, theirs in zip(FACES, names, strict=True):
+        (tmp_path / "written" / f"{ours}{suffix}").rename(tmp_path / "named" / f"Sky_{theirs}{suffix}")
+    (tmp_path / "named" / "readme.txt").write_text("px")
+    for path in (tmp_path / "named", tmp_path / "named" / f"Sky_{{face}}{suffix}"):
+        np.testing.assert_allclose(read_env_image(path).texels, image.texels, rtol=0, atol=STEP[suffix])
+        assert (file_facts(path).layout, file_facts(path).parameterization) == ("faces", CUBE)
+
+
+def test_six_files_hold_what_strips_hold(tmp_path):
+    image = random_image(CUBE)
+    write_env_image(tmp_path / "{face}.exr", [image])
+    write_env_image(tmp_path / "strip.exr", [image], "vertical-strip")
+    np.testing.assert_array_equal(
+        read_env_image(tmp_path / "{face}.exr").texels, read_env_image(tmp_path / "strip.exr").texels
+    )
+
+
+def test_six_files_that_are_not_there(tmp_path):
+    write_env_image(tmp_path / "{face}.exr", [random_image(CUBE)])
+    write_exr(tmp_path / "nz.exr", np.zeros((4, 4, 3), np.float32))
+    with pytest.raises(RefletError, match=r"nz.exr is 4×4 pixels; a cube's six files are alike"):
+        read_env_image(tmp_path)
+    (tmp_path / "py.exr").unlink()
+    for path in (tmp_path, tmp_path / "{face}.exr"):
+        with pytest.raises(RefletError, match="does not name the six files of a cube"):
+            read_env_image(path)
+    write_env_image(tmp_path / "a_{face}.hdr", [random_image(CUBE)])
+    write_env_image(tmp_path / "b_{face}.hdr", [random_image(CUBE)])
+    with pytest.raises(RefletError, match=r"holds several cubes \(a_px.hdr and b_px.hdr\)"):
+        read_env_image(tmp_path)
+    with pytest.raises(RefletError, match="Six files are a cube, not latlong"):
+        read_env_image(tmp_path / "a_{face}.hdr", LATLONG)
+
+
+@pytest.mark.parametrize(
+    ("texel_format", "step"),
+    [("half", 2.0**-12), ("float", 0.0), ("rgb9e5", 2.0**-10), ("r11g11b10f", 2.0**-7)],
+)  # half a step in [0.5, 1]: 11 bits, 24, 9 with the exponent of the largest, 6 (blue, with its leading one)
+@pytest.mark.parametrize("zstd", [False, True])
+def test_texel_formats(tmp_path, texel_format, step, zstd):
+    image = random_image(PARABOLOID)
+    write_env_image(tmp_path / "map.ktx2", mip_images(image), texel_format=texel_format, zstd=zstd)
+    read = read_levels(tmp_path / "map.ktx2")
+    assert len(read) == 4
+    np.testing.assert_allclose(read[0].texels, image.texels, rtol=0, atol=step)
+    assert file_facts(tmp_path / "map.ktx2").supercompression == ("zstd" if zstd else None)
+
+
+def test_half_exr(tmp_path):
+    image = random_image(LATLONG)
+    write_env_image(tmp_path / "map.exr", [image], texel_format="half")
+    np.testing.assert_array_equal(read_env_image(tmp_path / "map.exr").texels, image.texels.astype(np.float16))
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".ktx2", ".ktx", ".dds"])
+def test_alpha_is_kept(tmp_path, suffix):
+    image = random_image(LATLONG, channels=4)
+    write_env_image(tmp_path / f"map{suffix}", [image])
+    read = read_env_image(tmp_path / f"map{suffix}").texels
+    np.testing.assert_allclose(read, image.texels, rtol=0, atol=STEP[suffix])
+    image.texels[..., 3] = 1.0  # says nothing
+    write_env_image(tmp_path / f"map{suffix}", [image])
+    assert read_env_image(tmp_path / f"map{suffix}").texels.shape[3] == 3
+
+
+def test_png_alpha_is_straight_and_ours_premultiplied(tmp_path):
+    image = EnvImage(LATLONG, np.full((1, 2, 4, 4), (0.5, 0.25, 0.0, 0.5), np.float32))
+    write_env_image(tmp_path / "map.png", [image])
+    # one code of alpha, and of color, in 255
+    np.testing.assert_allclose(read_env_image(tmp_path / "map.png").texels, image.texels, rtol=0, atol=1 / 255)
+
+
+def test_grey_becomes_three_channels(tmp_path):
+    write_exr(tmp_path / "map.exr", np.full((4, 8, 1), 0.5, np.float32))
+    np.testing.assert_array_equal(read_env_image(tmp_path / "map.exr").texels, np.full((1, 4, 8, 3), 0.5, np.float32))
+
+
+def test_sizes_that_are_no_powers_of_two(tmp_path):
+    """Levels of a lat-long texture that is 6 high are 12×6 and 6×3; then it is 3×1, which is no lat-long map."""
+    write_texture(tmp_path / "map.ktx2", random_texture("rgba16f", 6, 12, 4))
+    assert [level.size for level in read_levels(tmp_path / "map.ktx2")] == [6, 3]
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "kind"),
+    [(8, 4, "latlong"), (24, 4, "cube"), (4, 24, "cube"), (16, 12, "cube"), (12, 16, "cube")],
+)
+def test_guesses_by_shape(tmp_path, width, height, kind):
+    write_hdr(tmp_path / "map.hdr", np.ones((height, width, 3), np.float32))
+    assert read_env_image(tmp_path / "map.hdr").parameterization == PARAMETERIZATIONS[kind]
+
+
+@pytest.mark.parametrize(("images", "rows", "columns", "kind"), [(1, 4, 8, "latlong"), (2, 4, 4, "dual_paraboloid")])
+def test_guesses_of_textures(tmp_path, images, rows, columns, kind):
+    write_texture(tmp_path / "map.ktx2", random_texture("rgba16f", rows, columns, layers=images))
+    assert read_env_image(tmp_path / "map.ktx2").parameterization == PARAMETERIZATIONS[kind]
+
+
+def test_squares_are_asked_about(tmp_path):
+    write_hdr(tmp_path / "map.hdr", np.ones((4, 4, 3), np.float32))
+    write_texture(tmp_path / "map.ktx2", random_texture("rgba16f", 4, 4))
+    for name in ("map.hdr", "map.ktx2"):
+        with pytest.raises(
+            RefletError, match=r"gazing_ball or angular or octahedral or equal_area_octahedral \(--from"
+        ):
+            read_env_image(tmp_path / name)
+        assert read_env_image(tmp_path / name, ANGULAR).parameterization == ANGULAR
+        assert file_facts(tmp_path / name).parameterization is None
+
+
+def test_what_the_user_says_outweighs_what_the_file_says(tmp_path):
+    for name in ("map.exr", "map.ktx2", "map.hdr", "map.png"):
+        write_env_image(tmp_path / name, [random_image(PARAMETERIZATIONS["octahedral"])])
+        assert read_env_image(tmp_path / name, ANGULAR).parameterization == ANGULAR
+
+
+def test_a_texture_of_six_layers_is_a_cube_if_said(tmp_path):
+    texture = random_texture("rgba32f", 4, 4, layers=6)
+    write_texture(tmp_path / "map.ktx2", texture)
+    with pytest.raises(RefletError, match="say cube "):
+        read_env_image(tmp_path / "map.ktx2")
+    np.testing.assert_array_equal(
+        read_env_image(tmp_path / "map.ktx2", CUBE).texels[..., :3], texture.decode(0)[..., :3]
+    )
+
+
+@pytest.mark.parametrize("laid_out", [LATLONG, CUBE], ids=str)
+def test_openexr_layout(tmp_path, laid_out):
+    """Smooth radiance survives both ways: samples on the border, then between them, move it by a texel's curvature."""
+    size = 64
+    direction = laid_out.texel_directions(size)[0]
+    image = EnvImage(laid_out, (1.0 + 0.3 * direction * direction[..., [1, 2, 0]]).astype(np.float32))
+    write_env_image(tmp_path / "map.exr", [image], "openexr")
+    read = read_env_image(tmp_path / "map.exr")
+    assert read.parameterization == laid_out
+    assert file_facts(tmp_path / "map.exr").layout == "openexr"
+    # the second derivative is at most 0.6·2, a step π/64: each bilinear interpolation is within h²/8 of that
+    np.testing.assert_allclose(read.texels, image.texels, rtol=0, atol=2 * 1.2 * (np.pi / size) ** 2 / 8 * 2)
+    with pytest.raises(RefletError, match=f"OpenEXR's {laid_out} map, not angular"):
+        read_env_image(tmp_path / "map.exr", ANGULAR)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_radiance_that_is_not_finite(tmp_path, bad):
+    texels = np.ones((4, 8, 3), np.float32)
+    texels[1, 2, 0] = bad
+    write_exr(tmp_path / "map.exr", texels)
+    with pytest.raises(RefletError, match="not finite"):
+        read_env_image(tmp_path / "map.exr")
+    for suffix in STEP:
+        with pytest.raises(RefletError, match="not finite everywhere"):
+            write_env_image(tmp_path / f"out{suffix}", [EnvImage(LATLONG, texels[None])])
+        assert not (tmp_path / f"out{suffix}").exists()
+
+
+def test_negative_radiance_is_kept_where_it_can_be(tmp_path):
+    """Conversion is no judge of it; .hdr refuses, formats of the graphics system without a sign show black."""
+    image = EnvImage(LATLONG, np.full((1, 2, 4, 3), -0.25, np.float32))
+    for suffix in (".exr", ".ktx2", ".ktx", ".dds"):
+        write_env_image(tmp_path / f"map{suffix}", [image])
+        assert read_env_image(tmp_path / f"map{suffix}").texels.min() == -0.25
+    write_env_image(tmp_path / "map.ktx2", [image], texel_format="rgb9e5")
+    assert read_env_image(tmp_path / "map.ktx2").texels.max() == 0.0
+    with pytest.raises(RefletError, match="clip it"):
+        write_env_image(tmp_path / "map.hdr", [image])
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("map.jpg", {}, r"ends in one of .hdr .exr .png .ktx2 .ktx .dds"),
+        ("map", {}, "no format that can be written"),
+        ("map.hdr", {"layout": "spiral"}, "spiral came"),
+        ("map.ktx2", {"layout": "vertical-strip"}, "layout vertical-strip is for pictures"),
+        ("map.ktx", {"zstd": True}, r"only .ktx2 can"),
+        ("map.hdr", {"texel_format": "half"}, "cannot be stored as half"),
+        ("map.exr", {"texel_format": "rgb9e5"}, "cannot be stored as rgb9e5"),
+        ("map.ktx2", {"texel_format": "int"}, "stored as half, float, rgb9e5, r11g11b10f; int is none"),
+        ("{face}.exr", {"layout": "vertical-strip"}, "six files"),
+        ("map.hdr", {"layout": "openexr"}, "cannot be laid out as OpenEXR does"),
+    ],
+)
+def test_what_cannot_be_written(tmp_path, name, changes, said):
+    with pytest.raises(RefletError, match=said):
+        write_env_image(tmp_path / name, [random_image(CUBE)], **changes)
+    assert not list(tmp_path.iterdir())
+
+
+def test_more_that_cannot_be_written(tmp_path):
+    cube, alpha = random_image(CUBE), random_image(LATLONG, channels=4)
+    for name, levels, changes, said in (
+        ("map.exr", mip_images(cube), {}, "one mip level, not 4"),
+        ("map.hdr", [alpha], {}, "holds no alpha"),
+        ("map.ktx2", [alpha], {"texel_format": "rgb9e5"}, "holds no alpha"),
+        ("map.ktx2", [cube, cube], {}, "Mip level 1 should be half of level 0, not 8 rows"),
+        ("{face}.exr", [alpha], {}, "six files, which are for cubes"),
+        ("map.exr", [random_image(ANGULAR)], {"layout": "openexr"}, "cannot be laid out as OpenEXR does"),
+    ):
+        with pytest.raises(RefletError, match=said):
+            write_env_image(tmp_path / name, levels, **changes)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("none.hdr", "cannot be read"),
+        ("none.exr", "does not exist"),
+        ("none.png", "cannot be read"),
+        ("none.ktx2", "cannot be read"),
+        ("map.txt", "no environment map that can be read"),
+        ("text.ktx2", "neither a KTX nor a DDS file"),
+        ("text.dds", "neither a KTX nor a DDS file"),
+        ("empty.ktx", "neither a KTX nor a DDS file"),
+        ("odd.png", "no map of any kind"),
+    ],
+)
+def test_what_cannot_be_read(tmp_path, name, said):
+    for file in ("map.txt", "text.ktx2", "text.dds"):
+        (tmp_path / file).write_text("some text")
+    (tmp_path / "empty.ktx").touch()
+    write_png(tmp_path / "odd.png", np.zeros((3, 7, 3), np.uint8))
+    with pytest.raises(RefletError, match=said):
+        read_levels(tmp_path / name)
+
+
+@pytest.mark.parametrize("laid_out", PARAMETERIZATIONS.values(), ids=str)
+def test_shapes_that_do_not_suit_what_was_said(tmp_path, laid_out):
+    write_hdr(tmp_path / "map.hdr", np.ones((3, 7, 3), np.float32))
+    write_dds_texture(tmp_path / "map.dds", random_texture("rgba16f", 3, 7))
+    for name in ("map.hdr", "map.dds"):
+        with pytest.raises(RefletError, match=f"no {laid_out} map; "):
+            read_env_image(tmp_path / name, laid_out)
+
+
+def test_suffixes_of_textures_are_only_hints(tmp_path):
+    """A KTX 2.0 file called .ktx is one nonetheless."""
+    write_texture(tmp_path / "map.ktx", random_texture("rgba16f", 4, 4, is_cube=True))
+    assert file_facts(tmp_path / "map.ktx").form == "KTX 2.0"
+
+
+def test_facts(tmp_path):
+    write_env_image(tmp_path / "map.ktx2", mip_images(random_image(PARABOLOID)), zstd=True)
+    facts = file_facts(tmp_path / "map.ktx2")
+    assert (facts.form, facts.layout, facts.rows, facts.columns) == ("KTX 2.0", "layers", 8, 8)
+    assert (facts.image_count, facts.level_count, facts.channels, facts.texel_format) == (2, 4, 4, "rgba16f")
+    assert facts.metadata["RefletParameterization"] == "dual_paraboloid"
+    write_env_image(tmp_path / "map.hdr", [random_image(PARABOLOID)])
+    facts = file_facts(tmp_path / "map.hdr")
+    assert (facts.form, facts.layout, facts.texel_format) == ("Radiance", "horizontal-strip", "rgbe")
+    assert facts.metadata["parameterization"] == "dual_paraboloid"
+    assert set(LAYOUTS) >= {facts.layout}
+
+
+def test_binary_metadata_is_told_by_its_length(tmp_path):
+    write_texture(tmp_path / "map.ktx2", random_texture("r16f", 4, 8, metadata={"b": b"\x00\x01\xff", "t": b"text"}))
+    assert file_facts(tmp_path / "map.ktx2").metadata == {"b": "3 bytes", "t": "text"}
