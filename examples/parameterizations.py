@@ -11,6 +11,7 @@ the page says what each makes of them.
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,9 @@ from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.envmap.resample import resample
+from reflet.envmap.sampling import analyze
 from reflet.files.atomic import atomic_write
 from reflet.files.env_image_file import read_env_image
 from reflet.files.png import write_png
@@ -50,29 +51,27 @@ WATCH = {
     "at the walls' corners.",
 }
 TEXELS = 6 * 128**2
-REFERENCE = 8  # times the texels along an edge
+FINER = 16  # times the texels has the map that all are compared with
 
 
 def main(out: Path, source: Path | None = None, picture: int = 384, texels: int = TEXELS, samples: int = 16) -> None:
     """Writes ``index.html`` and its pictures, ``picture``² pixels each, into ``out``; maps have ``texels`` texels."""
-    finest = read_env_image(source) if source else labelled_court(round((REFERENCE**2 * texels / 6) ** 0.5) // 2)
+    fine = equal_sampling_size(CUBE, FINER * texels, power_of_two=True)
+    finest = resample(read_env_image(source), CUBE, fine) if source else labelled_court(fine)
     meshes = {"sphere": sphere_mesh(), "torus": torus_mesh()}
-    sides = {"front": (0.0, 1.5, 3.6), "aside": (3.6, 1.2, -0.6)}
+    sides = {"front": (0.0, 1.9, 3.4), "aside": (3.4, 1.9, -0.6)}
     angles = [
-        (f"{shape} from the {side}" if side == "front" else f"{shape} from aside", f"{shape}-{side}", meshes[shape], at)
-        for shape in meshes
-        for side, at in sides.items()
+        (f"{shape}, {side}", f"{shape}-{side}", meshes[shape], at) for shape in meshes for side, at in sides.items()
     ]
     cameras = [Camera(at, (0.0, 0.0, 0.0), fov_deg=36.0, width=picture, height=picture) for *_, at in angles]
 
-    def look(image: EnvImage) -> list[np.ndarray]:
-        levels = mip_images(image)
+    def look(levels: Sequence[EnvImage]) -> list[np.ndarray]:
         return [
             render_mirror(mesh, levels, camera, samples=samples)
             for (_, _, mesh, _), camera in zip(angles, cameras, strict=True)
         ]
 
-    references = look(finest)
+    references = look(mip_images(finest))
     for (_, file, _, _), reference in zip(angles, references, strict=True):
         write_png(out / f"reference-{file}.png", picture_srgb(reference[..., :3]))
     showcases = []
@@ -80,13 +79,13 @@ def main(out: Path, source: Path | None = None, picture: int = 384, texels: int 
         image = resample(finest, to, equal_sampling_size(to, texels))
         write_png(out / f"{name}.png", sheet_picture(image))
         views = []
-        for (title, file, _, _), reference, drawn in zip(angles, references, look(image), strict=True):
+        for (title, file, _, _), reference, drawn in zip(angles, references, look([image]), strict=True):
             write_png(out / f"{name}-{file}.png", picture_srgb(drawn[..., :3]))
             psnr = display_psnr(reference[..., :3], drawn[..., :3], reference[..., 3] > 0.5)
             views.append(View(title, f"{name}-{file}.png", psnr))
         faces, rows, columns = to.shape(image.size)
         size = f"{columns}×{rows}" + (f"×{faces}" if faces > 1 else "")
-        showcases.append(Showcase(name, size, sampling_ratio(to), WATCH[name], f"{name}.png", tuple(views)))
+        showcases.append(Showcase(name, size, analyze(to), WATCH[name], f"{name}.png", tuple(views)))
         print(f"{name} {size}: " + ", ".join(f"{view.title} {view.psnr_display:.1f} dB" for view in views), flush=True)
     shown = [View(title, f"reference-{file}.png", float("inf")) for title, file, _, _ in angles]
     words = f"The environment {source.name}" if source else "A court with labelled walls, drawn by formula"
@@ -95,18 +94,10 @@ def main(out: Path, source: Path | None = None, picture: int = 384, texels: int 
 
 
 def sheet_picture(image: EnvImage) -> np.ndarray:
-    """The map laid flat, sRGB with alpha: what continues beyond a disc is dimmed, what is no part of a map left out."""
+    """The map laid flat, sRGB with alpha: what lies beyond a disc is pale, what is no part of the map left out."""
     sheet, shown = flat_sheet(image)
-    dimmed = 255 if image.parameterization == CUBE else 90
-    alpha = np.where(shown, 255, 0 if image.parameterization == CUBE else dimmed).astype(np.uint8)
+    alpha = np.where(shown, 255, 0 if image.parameterization == CUBE else 90).astype(np.uint8)
     return np.dstack([picture_srgb(sheet[..., :3]), alpha])
-
-
-def sampling_ratio(parameterization: Parameterization) -> float:
-    """The most over the least texels per steradian."""
-    everywhere, _ = CUBE.texel_directions(64)
-    rate = parameterization.sampling_rate(everywhere)
-    return float(rate.max() / rate.min())
 
 
 if __name__ == "__main__":

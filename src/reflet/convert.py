@@ -3,10 +3,11 @@
 from pathlib import Path
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.equal_sampling import equal_sampling_size, texels_over_sphere
+from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
+from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_levels, write_env_image
 from reflet.progress import ProgressCallback, silent
@@ -60,7 +61,7 @@ def default_size(image: EnvImage, to: Parameterization, with_mips: bool) -> int:
     """The image's own size where that will do, else that of equal sampling: a power of two if mip levels are wanted."""
     if to == image.parameterization and not (with_mips and _odd(image.size)):
         return image.size
-    return equal_sampling_size(to, texels_over_sphere(image.parameterization) * image.size**2, with_mips)
+    return equal_sampling_size(to, valid_texels(image.parameterization) * image.size**2, with_mips)
 
 
 def write_levels(

@@ -16,6 +16,7 @@ from reflet.cli.convert import convert
 from reflet.cli.info import info
 from reflet.cli.join import join
 from reflet.cli.render import render
+from reflet.cli.sampling import sampling
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning
@@ -39,12 +40,13 @@ def commands() -> None:
       reflet info studio.hdr                           what it holds, with a picture in the terminal
       reflet convert studio.hdr studio.ktx2 --to cube  from any parameterization and format to any other
       reflet join front.jpg back.jpg -o room.exr       two fisheye or mirror ball pictures into one map
+      reflet sampling                                  what each parameterization spends its texels on
 
     `reflet VERB --help` explains each verb with examples.
     """
 
 
-for verb in (bake, render, compare, verify, view, info, convert, join):
+for verb in (bake, render, compare, verify, view, info, convert, join, sampling):
     commands.add_command(verb)
 
 

@@ -3,13 +3,7 @@
 import numpy as np
 
 from reflet.envmap.parameterization import Parameterization
-
-
-def texels_over_sphere(parameterization: Parameterization) -> float:
-    """Texels that a map of size 1 spends on the sphere: what lies outside the discs of a round map does not count."""
-    _, corner_is_valid = parameterization.direction_from_uv(np.zeros(1, np.int64), np.zeros((1, 2)))
-    faces, rows, columns = parameterization.shape(1)
-    return faces * rows * columns * (1.0 if corner_is_valid[0] else np.pi / 4.0)
+from reflet.envmap.sampling import valid_texels
 
 
 def equal_sampling_size(parameterization: Parameterization, texels: float, power_of_two: bool = False) -> int:
@@ -17,7 +11,7 @@ def equal_sampling_size(parameterization: Parameterization, texels: float, power
 
     Otherwise sizes of 64 and more are multiples of 8: within 6 %, and kind to blocks, mip levels and memory.
     """
-    size = (texels / texels_over_sphere(parameterization)) ** 0.5
+    size = (texels / valid_texels(parameterization)) ** 0.5
     if power_of_two:
         return int(2 ** np.round(np.log2(max(size, 1.0))))
     return int(8.0 * np.round(size / 8.0) if size >= 64.0 else max(np.round(size), 1.0))

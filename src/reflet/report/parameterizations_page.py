@@ -4,14 +4,18 @@ import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from reflet.envmap.sampling import SamplingRates
 from reflet.report.page import PAGE_STYLE
 
 _STYLE = """
 body { max-width: 74rem; }
-.row { display: grid; grid-template-columns: minmax(0, 1.15fr) minmax(0, 1fr); gap: 1.4rem; align-items: start; }
-.views { display: grid; grid-template-columns: 1fr 1fr; gap: .5rem; }
-.views figure, .row > figure { margin: 0; } .views img { border-radius: .4rem; }
-.flat img { max-height: 34rem; margin: 0 auto; }
+.row { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); gap: 1.4rem; align-items: center; }
+.views { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: .5rem; }
+.views.four { grid-template-columns: repeat(4, minmax(0, 1fr)); }
+.views figure, .row > figure { margin: 0; } .views img { border-radius: .4rem; width: 100%; }
+.flat img { width: 100%; }
 section { margin: 3.2rem 0; } section p { margin-top: .2rem; }
 @media (max-width: 46rem) { .row { grid-template-columns: 1fr; } }
 """
@@ -32,7 +36,7 @@ class Showcase:
 
     name: str
     size: str
-    sampling_ratio: float  # the most texels per steradian over the least
+    rates: SamplingRates
     watch: str
     flat_file: str
     views: tuple[View, ...]
@@ -42,7 +46,8 @@ def parameterizations_page(showcases: Sequence[Showcase], references: Sequence[V
     """The HTML page; pictures are files beside it. ``references`` are the views with a map of far more texels."""
     heads = "".join(f"<th>{html.escape(view.title)}</th>" for view in references)
     rows = "".join(
-        f'<tr><td><a href="#{s.name}">{_words(s.name)}</a></td><td>{s.size}</td><td>{_ratio(s.sampling_ratio)}</td>'
+        f'<tr><td><a href="#{s.name}">{_words(s.name)}</a></td><td>{s.size}</td><td>{_number(s.rates.area_ratio)}</td>'
+        f"<td>{_number(s.rates.longest_texel)}</td><td>{_number(s.rates.cost)}</td>"
         + "".join(f"<td>{view.psnr_display:.1f}</td>" for view in s.views)
         + "</tr>"
         for s in showcases
@@ -65,14 +70,17 @@ def parameterizations_page(showcases: Sequence[Showcase], references: Sequence[V
 <p>{html.escape(source)}, stored in seven ways with about {texels:,} texels over all directions each, and mirrored in a
 sphere and a torus from two sides. Look for lines that bend or break where faces meet, for texels that show, and for
 text: what a mirror shows is mirrored, what lies behind it reads as it should.</p>
-<div class="views" style="grid-template-columns: repeat({len(references)}, 1fr)">
+<div class="views four">
 {"".join(_figure(view, "reference") for view in references)}</div>
 <h2>Numbers</h2>
 <div class="scroll"><table>
-<tr><th>parameterization</th><th>texels</th><th>densest : sparsest</th>{heads}</tr>
+<tr><th>parameterization</th><th>texels</th><th>densest<br>: sparsest</th><th>longest<br>texel</th><th>cost</th>
+{heads}</tr>
 {rows}</table></div>
 <p class="soft">Display PSNR in dB on the mirror's pixels, against the same view drawn with a map of many times the
-texels. Densest : sparsest compares texels per steradian over all directions.</p>
+texels. Densest : sparsest compares texels a steradian; the longest texel is its length over its width; cost is how
+many times the texels of an even map it takes to resolve as much everywhere along every axis
+(<code>reflet sampling</code>).</p>
 {sections}
 </html>
 """
@@ -86,8 +94,8 @@ def _figure(view: View, caption: str) -> str:
 
 
 def _words(name: str) -> str:
-    return name.replace("_", " ")
+    return {"latlong": "lat-long"}.get(name, name.replace("_", " "))
 
 
-def _ratio(ratio: float) -> str:
-    return f"{ratio:.1f}" if ratio < 100.0 else "∞"
+def _number(value: float) -> str:
+    return f"{value:.1f}" if np.isfinite(value) else "∞"

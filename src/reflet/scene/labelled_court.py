@@ -134,6 +134,5 @@ def _label_sheets() -> Float[np.ndarray, "rows columns"]:
     sheets = Image.new("L", (2 * _SHEET, len(_LABELS) * _SHEET))
     draw, font = ImageDraw.Draw(sheets), ImageFont.load_default(0.8 * _SHEET)
     for number, label in enumerate(_LABELS):
-        text = label.replace("-", "\N{EN DASH}")  # as wide as the plus sign
-        draw.text((_SHEET, (number + 0.5) * _SHEET), text, fill=255, font=font, anchor="mm", stroke_width=5)
+        draw.text((_SHEET, (number + 0.5) * _SHEET), label, fill=255, font=font, anchor="mm", stroke_width=5)
     return np.asarray(sheets, np.float64) / 255.0
