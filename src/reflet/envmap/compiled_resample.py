@@ -154,16 +154,16 @@ def _widths(fit, height, width):  # type: ignore[no-untyped-def]
     across = down = 0.0
     for i in range(2):
         for j in range(2):
-            s, t = 1.0 * j, 1.0 * i
+            s, t = float(j), float(i)
             x_s = y_s = x_t = y_t = 0.0
             for p in range(3):
                 for q in range(3):
-                    if p > 0 and (p == 1 or j == 1) and (q == 0 or i == 1):
-                        x_s += p * fit[0, p, q]
-                        y_s += p * fit[1, p, q]
-                    if q > 0 and (q == 1 or i == 1) and (p == 0 or j == 1):
-                        x_t += q * fit[0, p, q]
-                        y_t += q * fit[1, p, q]
+                    if p > 0:
+                        x_s += p * fit[0, p, q] * s ** (p - 1) * t**q
+                        y_s += p * fit[1, p, q] * s ** (p - 1) * t**q
+                    if q > 0:
+                        x_t += q * fit[0, p, q] * s**p * t ** (q - 1)
+                        y_t += q * fit[1, p, q] * s**p * t ** (q - 1)
             across = max(across, sqrt(x_s * x_s + y_s * y_s) / width)
             down = max(down, sqrt(x_t * x_t + y_t * y_t) / height)
     return across, down
