@@ -21,7 +21,7 @@ Layout = Literal["latlong", "cube"]
 
 _CHANNELS = {1: "Y", 3: "RGB", 4: "RGBA"}
 _SPARSEST = 16  # a display window of more than this many data windows is a mistake
-_LARGEST_TILE = 2**24  # pixels
+_LARGEST_TILE = 2**20  # pixels, unless the picture is large itself
 _LARGEST_HALF = 65504.0
 
 
