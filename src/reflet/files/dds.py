@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_write
+from reflet.files.atomic import atomic_path
 from reflet.files.texel_formats import TEXEL_FORMATS
 from reflet.files.texture import Texture, level_shape, most_levels
 
@@ -145,8 +145,10 @@ def write_dds_texture(path: str | os.PathLike[str], texture: Texture) -> None:
     layers = 1 if texture.is_cube else texture.image_count
     alpha_mode = _PREMULTIPLIED if texture.alpha_is_premultiplied else 0
     header += _DX10_HEADER.pack(dxgi, _DX10_2D, _DX10_CUBE if texture.is_cube else 0, layers, alpha_mode)
-    pictures = [level[image].tobytes() for image in range(texture.image_count) for level in texture.levels]
-    atomic_write(path, b"".join([header, *pictures]))
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        file.write(header)
+        for image in range(texture.image_count):
+            file.writelines(np.ascontiguousarray(level[image]).data for level in texture.levels)
 
 
 def _truncated(path: Path) -> str:

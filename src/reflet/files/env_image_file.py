@@ -171,13 +171,15 @@ def _of_texture(texture: Texture) -> Parameterization | None:
 def _levels_of_texture(path: Path, texture: Texture, parameterization: Parameterization | None) -> tuple[EnvImage, ...]:
     laid_out = parameterization or _of_texture(texture)
     images, rows, columns = texture.image_count, texture.rows, texture.columns
+    what = f"{columns}×{rows} texels" + (
+        "" if images == 1 else f" on {images} {'faces' if texture.is_cube else 'layers'}"
+    )
     if laid_out is None:
         fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
-        raise RefletError(_unknown(path, f"{columns}×{rows} texels in {images} layers", fitting))
+        raise RefletError(_unknown(path, what, fitting))
     levels = levels_from_texture(texture, laid_out)
     if not levels:
-        what = f"{columns}×{rows} texels in {images} {'faces' if texture.is_cube else 'layers'}"
-        raise RefletError(f"{path} holds {what}, which is no {laid_out} map; {_expected(laid_out)}.")
+        raise RefletError(f"{path} is {what}, which is no {laid_out} map; {_expected(laid_out)}.")
     return levels
 
 

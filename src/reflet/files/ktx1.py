@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_write
+from reflet.files.atomic import atomic_path
 from reflet.files.ktx_metadata import pack_metadata, unpack_metadata
 from reflet.files.texel_formats import TEXEL_FORMATS, TexelFormat
 from reflet.files.texture import Texture, level_shape, most_levels
@@ -140,7 +140,7 @@ def write_ktx1_texture(path: str | os.PathLike[str], texture: Texture) -> None:
         metadata["KTXorientation"] = b"S=r,T=d"
     pairs = pack_metadata(metadata)
     layers = 0 if texture.is_cube or texture.image_count == 1 else texture.image_count
-    body = [
+    body: list[bytes | memoryview] = [
         IDENTIFIER,
         struct.pack("<5I", 0x04030201, gl_type, form.word_bytes, gl_format, internal),
         struct.pack("<4I", base, texture.columns, texture.rows, 0),
@@ -152,8 +152,9 @@ def write_ktx1_texture(path: str | os.PathLike[str], texture: Texture) -> None:
         padded = np.zeros((texture.image_count, rows, _padded_row(form, columns)), np.uint8)
         padded[:, :, : form.row_bytes(columns)] = level.reshape(texture.image_count, rows, -1)
         image_size = padded[0].size if texture.is_cube else padded.size
-        body += [struct.pack("<I", image_size), padded.tobytes()]
-    atomic_write(path, b"".join(body))
+        body += [struct.pack("<I", image_size), padded.reshape(-1).data]
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        file.writelines(body)
 
 
 def _truncated(path: Path) -> str:
