@@ -1,0 +1,306 @@
+"""The verbs for environment map files: convert, info, join, sampling."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from reflet.cli import main as command_line
+from reflet.cli.main import main
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
+from reflet.files.exr import read_exr, write_exr
+
+LATLONG, CUBE = PARAMETERIZATIONS["latlong"], PARAMETERIZATIONS["cube"]
+
+
+def reflet(*arguments: str | Path) -> int:
+    """Exit status of one command, run within this process."""
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    return stop.value.code or 0
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    """The one sentence that a command is refused with."""
+    assert reflet(*arguments) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("reflet: ") and "Traceback" not in lines[0]
+    return lines[0]
+
+
+def sky(direction: np.ndarray) -> np.ndarray:
+    x, y, z = np.moveaxis(direction, -1, 0)
+    return np.stack([1 + 0.5 * x, 1 + 0.5 * y, 1 + 0.5 * z], -1).astype(np.float32)
+
+
+def sky_image(name: str, size: int) -> EnvImage:
+    to = PARAMETERIZATIONS[name]
+    return EnvImage(to, sky(to.texel_directions(size)[0]))
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Path:
+    """A lat-long sky with a bright texel towards +x, 0.3 radians up."""
+    image = sky_image("latlong", 64)
+    image.texels[0, 25, 64] = 1000.0
+    write_env_image(tmp_path / "studio.exr", [image])
+    return tmp_path / "studio.exr"
+
+
+@pytest.mark.parametrize("name", list(PARAMETERIZATIONS))
+@pytest.mark.parametrize("suffix", [".exr", ".ktx2"])
+def test_convert_and_back_keeps_what_is_there(studio: Path, tmp_path: Path, name: str, suffix: str) -> None:
+    middle, back = tmp_path / f"middle{suffix}", tmp_path / "back.exr"
+    assert reflet("convert", studio, middle, "--to", name) == 0
+    assert reflet("convert", middle, back, "--to", "latlong", "--size", "64") == 0
+    levels = read_levels(middle)
+    assert levels[0].parameterization.name == name
+    assert len(levels) == (levels[0].size.bit_length() if suffix == ".ktx2" else 1)
+    before, after = read_env_image(studio), read_env_image(back)
+    weight = LATLONG.texel_solid_angle(64)[..., None]
+    power, kept = (weight * before.texels).sum((0, 1, 2)), (weight * after.texels).sum((0, 1, 2))
+    # Resampling keeps 0.1 % of the power; half float rounds each texel by at most 1/2048 in .ktx2.
+    assert kept == pytest.approx(power, rel=2e-3)
+
+
+def test_convert_needs_no_more_than_two_names(studio: Path, tmp_path: Path) -> None:
+    assert reflet("convert", studio, tmp_path / "same.hdr") == 0
+    image = read_env_image(tmp_path / "same.hdr")
+    assert (image.parameterization, image.size) == (LATLONG, 64)
+
+
+@pytest.mark.parametrize("layout", ["vertical-strip", "horizontal-strip", "vertical-cross", "horizontal-cross"])
+def test_convert_into_layouts_and_six_files(studio: Path, tmp_path: Path, layout: str) -> None:
+    strip, six = tmp_path / "cube.exr", tmp_path / "sky_{face}.exr"
+    assert reflet("convert", studio, strip, "--to", "cube", "--size", "32", "--layout", layout) == 0
+    assert reflet("convert", strip, six) == 0
+    assert np.array_equal(read_env_image(strip).texels, read_env_image(six).texels)
+    assert len(list(tmp_path.glob("sky_*.exr"))) == 6
+    rows, columns = {
+        "vertical-strip": (6, 1), "horizontal-strip": (1, 6), "vertical-cross": (4, 3), "horizontal-cross": (3, 4)
+    }[layout]  # fmt: skip
+    assert read_exr(strip).shape[:2] == (32 * rows, 32 * columns)
+
+
+def test_convert_packs_texels(studio: Path, tmp_path: Path) -> None:
+    for texel_format, step in (("float", 0.0), ("rgb9e5", 2.0**-9), ("r11g11b10f", 2.0**-6)):
+        out = tmp_path / f"{texel_format}.ktx2"
+        assert reflet("convert", studio, out, "--to", "latlong", "--texel-format", texel_format, "--zstd") == 0
+        difference = np.abs(read_env_image(out).texels - read_env_image(studio).texels)
+        assert (difference <= step * 2.0 * np.maximum(read_env_image(studio).texels.max(-1, keepdims=True), 1e-3)).all()
+
+
+def test_mip_levels_that_a_file_has_are_kept(tmp_path: Path) -> None:
+    levels = [EnvImage(CUBE, np.full((6, 16 >> k, 16 >> k, 3), float(k + 1), np.float32)) for k in range(5)]
+    write_env_image(tmp_path / "a.ktx2", levels)
+    assert reflet("convert", tmp_path / "a.ktx2", tmp_path / "b.dds") == 0
+    assert [float(level.texels.max()) for level in read_levels(tmp_path / "b.dds")] == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_info_says_what_a_map_holds(studio: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reflet("info", studio) == 0
+    out = capsys.readouterr().out
+    for words in ("latlong", "128×64", "RGB", "to 1000", "azimuth 358.6°, elevation 18.3°"):
+        assert words in out
+    # Mean of each channel is 1, ∫ L dω 4π, and the texel adds 1000·(π/64)²·sin(acos(…)) = 2.29 to both.
+    assert "14.85 14.85 14.84" in out or "14.85 14.85 14.85" in out
+    assert "\x1b" not in out and "▀" not in out  # no terminal, no picture
+
+
+def test_info_of_six_files_and_of_textures(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "cube").mkdir()
+    assert reflet("convert", studio, tmp_path / "cube" / "{face}.hdr", "--to", "cube", "--size", "16") == 0
+    assert reflet("convert", studio, tmp_path / "t.ktx2", "--to", "dual_paraboloid", "--size", "16", "--zstd") == 0
+    capsys.readouterr()
+    assert reflet("info", tmp_path / "cube") == 0
+    assert "16×16, 6 faces" in capsys.readouterr().out
+    assert reflet("info", tmp_path / "t.ktx2") == 0
+    out = capsys.readouterr().out
+    for words in ("KTX 2.0", "rgba16f", "dual_paraboloid", "16×16, 2 faces", "5 mip levels"):
+        assert words in out
+
+
+def fisheyes(folder: Path, fov: float = 190.0, size: int = 96) -> tuple[Path, Path]:
+    """Equidistant pictures of the sky to the front (+z) and to the back."""
+    at = (np.arange(size) + 0.5) / size * 2.0 - 1.0
+    right, up = np.meshgrid(at, -at)
+    radius = np.hypot(right, up)
+    theta = radius * np.radians(fov / 2.0)
+    ahead = np.stack([-right / radius * np.sin(theta), up / radius * np.sin(theta), np.cos(theta)], -1)
+    write_exr(folder / "front.exr", sky(ahead))
+    write_exr(folder / "back.exr", sky(ahead * [-1.0, 1.0, -1.0]))
+    return folder / "front.exr", folder / "back.exr"
+
+
+@pytest.mark.parametrize("to", ["dual_paraboloid", "cube", "latlong"])
+def test_join_gives_the_sky_back(tmp_path: Path, to: str) -> None:
+    out = tmp_path / "joined.exr"
+    assert reflet("join", *fisheyes(tmp_path), "--fov", "190", "--to", to, "-o", out) == 0
+    image = read_env_image(out)
+    direction, valid = image.parameterization.texel_directions(image.size)
+    # Bilinear pixels of 2 degrees on slopes of 0.5: curvature errs by 0.5·(0.035)²/8.
+    assert np.abs(image.texels - sky(direction))[valid].max() < 1e-3
+
+
+def test_join_turns_the_back_camera(tmp_path: Path) -> None:
+    front, back = fisheyes(tmp_path, fov=250.0)
+    rolled = tmp_path / "rolled.exr"  # a camera rolled by 90 degrees clockwise sees the world turned counter-clockwise
+    write_exr(rolled, np.rot90(read_exr(back)))
+    out = tmp_path / "joined.exr"
+    assert reflet("join", front, rolled, "--fov", "250", "--back-turn", "180,0,90", "-o", out) == 0
+    image = read_env_image(out)
+    direction, valid = image.parameterization.texel_directions(image.size)
+    assert np.abs(image.texels - sky(direction))[valid].max() < 2e-3
+
+
+def test_join_reads_photographs_as_srgb(tmp_path: Path) -> None:
+    Image.fromarray(np.full((64, 64, 3), 188, np.uint8)).save(tmp_path / "grey.png")  # sRGB 188 is 0.503 linear
+    assert reflet("join", tmp_path / "grey.png", "-o", tmp_path / "grey.exr") == 0
+    assert read_env_image(tmp_path / "grey.exr").texels == pytest.approx(0.503, abs=5e-4)
+
+
+def test_sampling_prints_a_table_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reflet("sampling", "--figure", tmp_path / "rates.png") == 0
+    out = capsys.readouterr().out
+    assert all(name in out for name in PARAMETERIZATIONS)
+    assert "5.20" in out and "4.00" in out  # 3√3 for the cube, 4 for the paraboloids: the papers' ratios
+    assert Image.open(tmp_path / "rates.png").width >= 1000
+
+
+def test_every_verb_teaches_by_example(capsys: pytest.CaptureFixture[str]) -> None:
+    for verb in ("convert", "info", "join", "sampling"):
+        assert reflet(verb, "--help") == 0
+        assert f"reflet {verb}" in capsys.readouterr().out.split("Example", 1)[1]
+
+
+# What goes wrong
+
+
+def test_missing_and_damaged_files(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out.exr"
+    for verb in (("info",), ("convert",), ("join",)):
+        more = {"info": (), "convert": (out,), "join": ("-o", out)}[verb[0]]
+        for name in ("nowhere.exr", "nowhere.hdr", "nowhere.png"):
+            assert name in refused(capsys, *verb, tmp_path / name, *more)
+        whole = studio.read_bytes()
+        for length in (0, 3, 40, len(whole) // 2):
+            (tmp_path / "cut.exr").write_bytes(whole[:length])
+            assert "cut.exr" in refused(capsys, *verb, tmp_path / "cut.exr", *more)
+    assert "cut.ktx2" in refused(capsys, "info", tmp_path / "cut.ktx2")
+    assert not out.exists()
+
+
+def test_shapes_that_do_not_tell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_exr(tmp_path / "square.exr", np.ones((32, 32, 3), np.float32))
+    write_exr(tmp_path / "odd.exr", np.ones((32, 45, 3), np.float32))
+    out = tmp_path / "out.exr"
+    asked = refused(capsys, "convert", tmp_path / "square.exr", out, "--to", "cube")
+    assert "angular" in asked and "--from" in asked
+    assert "45×32" in refused(capsys, "info", tmp_path / "odd.exr")
+    assert "twice as wide" in refused(capsys, "info", tmp_path / "square.exr", "--from", "latlong")
+    assert reflet("convert", tmp_path / "square.exr", out, "--from", "octahedral", "--to", "cube") == 0
+
+
+def test_radiance_that_is_not_finite(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = np.ones((32, 64, 3), np.float32)
+    picture[3, 3] = np.nan
+    write_exr(tmp_path / "nan.exr", picture)
+    out = tmp_path / "out.exr"
+    for arguments in (("info",), ("convert", out), ("join", "-o", out)):
+        verb, *more = arguments
+        assert "finite" in refused(capsys, verb, tmp_path / "nan.exr", *more)
+    assert not out.exists()
+
+
+def test_what_formats_cannot_hold(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert ".gif" in refused(capsys, "convert", studio, tmp_path / "out.gif")
+    assert "mip" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--mips")
+    assert "power of two" in refused(capsys, "convert", studio, tmp_path / "out.ktx2", "--to", "cube", "--size", "100")
+    assert "zstd" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--zstd").lower()
+    assert "horizontal-cross" in refused(
+        capsys, "convert", studio, tmp_path / "out.ktx2", "--to", "cube", "--layout", "horizontal-cross"
+    )
+    assert "rows" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--size", "0")
+    assert "png" in refused(capsys, "sampling", "--figure", tmp_path / "rates.jpg")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["studio.exr"]
+
+
+def test_hemispheres_that_make_no_sense(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    front, back = fisheyes(tmp_path)
+    out = ("-o", tmp_path / "out.exr")
+    assert "120" in refused(capsys, "join", front, back, "--fov", "120", *out)
+    assert "circle" in refused(capsys, "join", front, back, "--circle", "20,20,-3", *out)
+    assert "neither" in refused(capsys, "join", front, back, "--back-turn", "90,0,0", *out)
+    assert "balanced" in refused(capsys, "join", front, back, "--balance", *out)
+    assert "out.gif" in refused(capsys, "join", front, back, "-o", tmp_path / "out.gif")
+    assert not (tmp_path / "out.exr").exists()
+
+
+def test_folders_that_cannot_be_written(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    for out in ("file/out.exr", "file/out.ktx2", "file/out.hdr", "file/out.png"):
+        assert "folder" in refused(capsys, "convert", studio, tmp_path / out)
+    assert "folder" in refused(capsys, "sampling", "--figure", tmp_path / "file" / "rates.png")
+
+
+@pytest.mark.parametrize("name", ["out.exr", "out.ktx2", "out.hdr", "out.dds", "sky_{face}.hdr"])
+def test_a_disk_that_fills_up_leaves_nothing(studio: Path, tmp_path: Path, name: str) -> None:
+    """A limit on file sizes stands for the full disk: writes fail half way."""
+    out = tmp_path / "out"
+    out.mkdir()
+    code = (
+        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "from reflet.cli.main import main; import reflet.convert;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)); main(sys.argv[1:])"
+    )
+    command = [sys.executable, "-B", "-c", code, "convert", studio, out / name, "--to", "cube", "--size", "64"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.splitlines()) == 1 and "written" in done.stderr
+    assert not list(out.iterdir())
+
+
+def test_ctrl_c_leaves_nothing(studio: Path, tmp_path: Path) -> None:
+    """Interrupted while the temporary file is there."""
+    out = tmp_path / "out"
+    command = [
+        sys.executable, "-c", "from reflet.cli.main import main; main()",
+        "convert", studio, out / "big.exr", "--to", "cube", "--size", "512",
+    ]  # fmt: skip
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not (out.is_dir() and list(out.iterdir())):
+        time.sleep(0.002)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    left = [path.name for path in out.iterdir()]
+    assert (process.returncode, left) in ((130, []), (0, ["big.exr"])), err
+    if process.returncode:
+        assert err.split() == ["Stopped."]
+
+
+def test_a_terminal_with_colours_gets_a_picture(studio: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLORTERM", "truecolor")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert reflet("info", studio) == 0
+    assert "\x1b[38;2;" in capsys.readouterr().out
+    monkeypatch.setenv("COLORTERM", "")
+    # Other colours than before: rich remembers how it wrote a style.
+    write_env_image(studio, [EnvImage(LATLONG, sky_image("latlong", 64).texels[..., ::-1] ** 2)])
+    assert reflet("info", studio) == 0
+    assert "\x1b[38;5;" in capsys.readouterr().out
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert reflet("info", studio) == 0
+    assert "▀" not in capsys.readouterr().out
+
+
+def test_the_command_list_names_the_verbs() -> None:
+    assert {"convert", "info", "join", "sampling"} <= set(command_line.commands.commands)
