@@ -17,8 +17,8 @@ import numpy as np
 from reflet.bake import TIMINGS, bake
 from reflet.compare import compare
 from reflet.envmap.cube import CUBE
-from reflet.envmap.equal_sampling import texels_over_sphere
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.sampling import valid_texels
 from reflet.load import load_scene
 from reflet.pem.container import open_pem
 from reflet.scene.framing import frame_orbit
@@ -49,8 +49,8 @@ def main() -> None:
     heading = "".join(f"{place:>20}" for place in PLACES)
     print(f"{'':22}{'rows':>6}{'texels':>8}{heading}{'seconds':>9}")
     for name in asked.only:
-        density = texels_over_sphere(PARAMETERIZATIONS[name])
-        size = int(2 ** np.round(0.5 * np.log2(asked.em_size**2 * texels_over_sphere(CUBE) / density)))
+        density = valid_texels(PARAMETERIZATIONS[name])
+        size = int(2 ** np.round(0.5 * np.log2(asked.em_size**2 * valid_texels(CUBE) / density)))
         folder = asked.folder / name
         if not (folder / "scene.gltf").exists():
             space = orbit_space(orbit, 3, 2.0)

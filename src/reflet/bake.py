@@ -20,11 +20,11 @@ from jaxtyping import Bool
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.equal_sampling import texels_over_sphere
 from reflet.envmap.geometry import KINDS, Ellipsoid, Geometry
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.parameterizations import parameterization as parameterization_of
+from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.fit_local import fit_local_ellipsoid
@@ -148,7 +148,7 @@ def bake(
 
 def default_size(parameterization: Parameterization) -> int:
     """Rows, a power of two, of a map that holds about as many texels as a cube of 256."""
-    alike = (texels_over_sphere(CUBE) / texels_over_sphere(parameterization)) ** 0.5
+    alike = (valid_texels(CUBE) / valid_texels(parameterization)) ** 0.5
     return int(2 ** np.round(np.log2(256 * alike)))
 
 
@@ -157,8 +157,8 @@ def probe_size(chain: MipChain) -> int:
 
     A power of two, like any.
     """
-    texels = chain.size**2 * texels_over_sphere(chain.parameterization)
-    return int(2 ** max(np.ceil(0.5 * np.log2(texels / texels_over_sphere(CUBE)) - 1e-9), 0.0))
+    texels = chain.size**2 * valid_texels(chain.parameterization)
+    return int(2 ** max(np.ceil(0.5 * np.log2(texels / valid_texels(CUBE)) - 1e-9), 0.0))
 
 
 def sample_seed(sample: int) -> int:
