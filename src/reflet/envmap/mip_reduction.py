@@ -3,38 +3,42 @@
 import numpy as np
 from jaxtyping import Float, Shaped
 
+from reflet.envmap.angular import Angular
+from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.padding import continued, padded
+from reflet.envmap.padding import continued, outside_disc, padded
 from reflet.envmap.parameterization import Parameterization
+
+Level = Shaped[np.ndarray, "faces rows columns *channels"]
 
 
 def mip_levels_from_finest(
     chain: MipChain, finest: Float[np.ndarray, "faces rows columns *channels"]
 ) -> Float[np.ndarray, "texels *channels"]:
-    """A whole mip chain whose coarser texels are the solid-angle weighted means of the finest ones they cover.
+    """A whole mip chain whose coarser texels are means of the finest ones they cover, weighted by solid angle.
 
-    The mean over all directions is thus the same on every level.
+    Implements [Heidrich00, sec. 2.4]. The mean over all directions is the same on every level. Seams do not show: over
+    the edges of faces the texture filter is continuous whatever the texels, and what a dual paraboloid or angular map
+    has outside its disc counts in the means like the rest (`mean_weights`), so that the texels on both sides of the rim
+    are means of one and the same radiance. For that the outside is taken from inside, whatever came; texels wholly
+    outside the disc are so filled on every level, the finest too.
     """
+    parameterization = chain.parameterization
+    solid_angle = parameterization.texel_solid_angle(chain.size)
+    total = _total(finest, solid_angle)
     texels = np.empty((chain.texel_count, *finest.shape[3:]), finest.dtype)
-    solid_angle = chain.parameterization.texel_solid_angle(chain.size)
-    weight = solid_angle.reshape(*solid_angle.shape, *[1] * (finest.ndim - 3))
-    chain.level(texels, 0)[...] = finest
-    flux = finest * weight
+    chain.level(texels, 0)[...] = continued(parameterization, finest, solid_angle[0] == 0.0)
+    fine = continued(parameterization, finest, outside_disc(parameterization, chain.size))
+    weight = mean_weights(parameterization, chain.size)
     for level in range(1, chain.level_count):
-        flux, weight = _sum_of_four(flux), _sum_of_four(weight)
-        chain.level(texels, level)[...] = flux / np.maximum(weight, 1e-30)
+        fine, weight = _halved(parameterization, fine, weight)
+        if parameterization.is_round:
+            # What the means gave away over the rim, some millionths on fine levels.
+            have = _total(fine, parameterization.texel_solid_angle(fine.shape[1]))
+            fine = fine * np.divide(total, have, where=have != 0.0, out=np.ones_like(have))
+        chain.level(texels, level)[...] = fine
     return texels
-
-
-def halved(
-    parameterization: Parameterization, texels: Float[np.ndarray, "faces rows columns channels"]
-) -> Float[np.ndarray, "faces half_rows half_columns channels"]:
-    """The next coarser level of a map of an even number of rows: solid-angle weighted means of two by two texels."""
-    solid_angle = parameterization.texel_solid_angle(texels.shape[1])[..., None]
-    weight = _sum_of_four(solid_angle)
-    coarse = (_sum_of_four(texels * solid_angle) / np.where(weight > 0.0, weight, 1.0)).astype(texels.dtype)
-    return continued(parameterization, coarse, weight[0, ..., 0] == 0.0)
 
 
 def mip_images(image: EnvImage) -> tuple[EnvImage, ...]:
@@ -44,9 +48,46 @@ def mip_images(image: EnvImage) -> tuple[EnvImage, ...]:
     return tuple(EnvImage(image.parameterization, chain.level(texels, level)) for level in range(chain.level_count))
 
 
-def _sum_of_four(fine: np.ndarray) -> np.ndarray:
-    faces, rows, columns = fine.shape[:3]
-    return fine.reshape(faces, rows // 2, 2, columns // 2, 2, *fine.shape[3:]).sum((2, 4))
+def halved(
+    parameterization: Parameterization, texels: Level
+) -> Shaped[np.ndarray, "faces half_rows half_columns *channels"]:
+    """The next coarser level of a map with an even number of rows: solid-angle weighted means of two by two texels."""
+    weight = parameterization.texel_solid_angle(texels.shape[1])
+    return _halved(parameterization, texels, weight)[0].astype(texels.dtype)
+
+
+def _halved(
+    parameterization: Parameterization, fine: Level, weight: Float[np.ndarray, "faces rows columns"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weighted means of two by two texels, and the sums of their weights."""
+    four = [(slice(None), slice(i, None, 2), slice(j, None, 2)) for i in (0, 1) for j in (0, 1)]
+    total = sum((weight[each] for each in four[1:]), weight[four[0]])
+    safe = np.where(total > 0.0, total, 1.0)
+    coarse = np.zeros((*total.shape, *fine.shape[3:]), np.float64)
+    for each in four:
+        coarse += fine[each] * (weight[each] / safe).reshape(*total.shape, *[1] * (fine.ndim - 3))
+    return continued(parameterization, coarse, total[0] == 0.0), total
+
+
+def mean_weights(parameterization: Parameterization, size: int) -> Float[np.ndarray, "faces rows columns"]:
+    """Weights of texels in the means that make coarser levels: their solid angles, up to a common factor.
+
+    Texels at and outside the rim of a round map have that of all their continuation sees: 4·dA/(1 + r²)² goes on over
+    the dual paraboloid's rim, |sin πr|·dA/r over the angular map's. (The gazing ball's outside is all one direction.)
+    The sum is more than the sphere's, for the two hemispheres overlap.
+    """
+    square = ((2.0 * np.arange(size) + 1.0) / size - 1.0) ** 2
+    square = square + square[:, None]
+    if isinstance(parameterization, DualParaboloid):
+        return np.broadcast_to(1.0 / (1.0 + square) ** 2, (2, size, size))
+    if isinstance(parameterization, Angular):
+        return np.abs(np.sinc(np.sqrt(square)))[None]
+    return parameterization.texel_solid_angle(size)
+
+
+def _total(texels: Level, solid_angle: Float[np.ndarray, "faces rows columns"]) -> np.ndarray:
+    """∫ L dω, in double precision."""
+    return np.einsum("frc,frck->k", solid_angle, texels.reshape(*texels.shape[:3], -1)).reshape(texels.shape[3:])
 
 
 def prolong(

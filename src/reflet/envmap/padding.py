@@ -12,36 +12,37 @@ def padded(
     """One level with its neighbours' nearest texels around every face; where none is, at a cube's corners, the mean of
     the three texels there."""
     faces, rows, columns = texels.shape[:3]
-    out = np.empty((faces, rows + 2, columns + 2, *texels.shape[3:]), texels.dtype)
+    out = np.zeros((faces, rows + 2, columns + 2, *texels.shape[3:]), texels.dtype)
     out[:, 1:-1, 1:-1] = texels
-    whole_row, whole_column = np.arange(-1, columns + 1), np.arange(-1, rows + 1)
-    for row, column in ((-1, whole_row), (rows, whole_row), (whole_column, -1), (whole_column, columns)):
+    along_row, along_column = np.arange(-1, columns + 1), np.arange(-1, rows + 1)
+    missing = []
+    for row, column in ((-1, along_row), (rows, along_row), (along_column, -1), (along_column, columns)):
         face, row, column = (at.copy() for at in np.broadcast_arrays(np.arange(faces)[:, None], row, column))
         on, row_on, column_on = parameterization.across_seams(face, row, column, rows)
-        out[face, row + 1, column + 1] = texels[np.where(on == NONE, 0, on), row_on, column_on]
-        if (on == NONE).any():
-            corner = on == NONE
-            f, r, c = face[corner], row[corner] + 1, column[corner] + 1
-            inner_r, inner_c = np.clip(r, 1, rows), np.clip(c, 1, columns)
-            out[f, r, c] = (out[f, inner_r, inner_c] + out[f, r, inner_c] + out[f, inner_r, c]) / 3.0
+        there = on != NONE
+        out[face[there], row[there] + 1, column[there] + 1] = texels[on[there], row_on[there], column_on[there]]
+        missing.append(np.stack([face[~there], row[~there] + 1, column[~there] + 1]))
+    face, row, column = np.concatenate(missing, -1)
+    inner_row, inner_column = np.clip(row, 1, rows), np.clip(column, 1, columns)
+    three = out[face, inner_row, inner_column] + out[face, row, inner_column] + out[face, inner_row, column]
+    out[face, row, column] = three / 3.0
     return out
 
 
 def outside_disc(parameterization: Parameterization, size: int) -> Bool[np.ndarray, "rows columns"]:
-    """Texels whose centres lie outside the disc of a round map; none in other maps."""
-    _, columns = parameterization.shape(size)[1:]
-    _, corner_is_valid = parameterization.direction_from_uv(np.zeros(1, np.int64), np.zeros((1, 2)))
-    if corner_is_valid[0]:
-        return np.zeros((size, columns), bool)
+    """Texels of a face whose centres lie outside the disc of a round map; in other maps none."""
+    _, rows, columns = parameterization.shape(size)
     square = ((2.0 * np.arange(size) + 1.0) / size - 1.0) ** 2
-    return np.asarray(square + square[:, None] > 1.0)
+    if parameterization.is_round:
+        return np.asarray(square + square[:, None] > 1.0)
+    return np.zeros((rows, columns), bool)
 
 
 def continued(
     parameterization: Parameterization,
-    texels: Shaped[np.ndarray, "faces rows columns channels"],
+    texels: Shaped[np.ndarray, "faces rows columns *channels"],
     unknown: Bool[np.ndarray, "rows columns"],
-) -> Shaped[np.ndarray, "faces rows columns channels"]:
+) -> Shaped[np.ndarray, "faces rows columns *channels"]:
     """The texels with the ``unknown`` ones, outside the disc of a round map, replaced by the map's own continuation.
 
     That is the bilinear mean of known texels where `Parameterization.across_seams` goes on: for the dual paraboloid in
@@ -55,16 +56,18 @@ def continued(
     radius = np.hypot(x, y)
     scale = radius**-2 if faces == 2 else 1.0 - 2.0 / radius
     x, y = (0.5 * size) * (x * scale + 1.0) - 0.5, (0.5 * size) * (y * scale + 1.0) - 0.5
+    taps = []
+    for down in (0, 1):
+        for right in (0, 1):
+            r, c = np.floor(y).astype(np.int64) + down, np.floor(x).astype(np.int64) + right
+            weight = (1.0 - np.abs(y - r)) * (1.0 - np.abs(x - c))
+            r, c = np.clip(r, 0, size - 1), np.clip(c, 0, size - 1)
+            taps.append((r, c, np.where(unknown[r, c], 0.0, weight)))
+    all_weights = sum(weight for _, _, weight in taps)
     out = texels.copy()
     for face in range(faces):
-        total, weights = 0.0, 0.0
-        for down in (0, 1):
-            for right in (0, 1):
-                r, c = np.floor(y).astype(np.int64) + down, np.floor(x).astype(np.int64) + right
-                weight = (1.0 - np.abs(y - r)) * (1.0 - np.abs(x - c))
-                r, c = np.clip(r, 0, size - 1), np.clip(c, 0, size - 1)
-                weight = np.where(unknown[r, c], 0.0, weight)[:, None]
-                total = total + weight * texels[faces - 1 - face, r, c]
-                weights = weights + weight
-        out[face, row, column] = total / weights
+        out[face, row, column] = sum(
+            texels[faces - 1 - face, r, c] * (weight / all_weights).reshape(-1, *[1] * (texels.ndim - 3))
+            for r, c, weight in taps
+        )
     return out

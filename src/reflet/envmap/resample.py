@@ -40,8 +40,10 @@ def resample(image: EnvImage, to: Parameterization, size: int) -> EnvImage:
     rim), so that filters never meet black.
 
     Up to four channels, computed in single precision; the fourth, alpha, has no ceiling. Beside source and result one
-    copy of the source is held, two while bright texels are cut.
+    copy of the source is held, two while bright texels are cut. The source itself where nothing changes.
     """
+    if to == image.parameterization and size == image.size:
+        return image
     ceiling, bright = _bright(image)
     ratio = _least_ratio(image.parameterization, to) * image.size / size
     base = image.texels
@@ -135,7 +137,7 @@ def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: 
         direction, tent = _tents(image, some, points)
         taps, share = _taps(to, size, direction)
         flat, inverse = np.unique(np.ravel_multi_index(taps, out.shape[:3]), return_inverse=True)
-        texel = np.unravel_index(flat, out.shape[:3])
+        texel: tuple[Faces, ...] = np.unravel_index(flat, out.shape[:3])
         caught = solid_angle_to[texel]
         whole = np.maximum(caught, 0.5 * _whole_solid_angle(to, size, texel))
         inverse = inverse.reshape(len(some), -1)
@@ -143,7 +145,7 @@ def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: 
         share /= (share * caught[inverse]).sum(-1, keepdims=True)
         for channel in range(colours):
             gain = np.bincount(inverse.ravel(), (share * flux[:, channel, None]).ravel(), len(flat))
-            out[(*texel, channel)] += gain
+            out[..., channel][texel] += gain
     # The rest of the flux's tents, outside the disc of a round map.
     out[...] = continued(to, out, solid_angle_to[0] == 0.0)
 

@@ -64,7 +64,7 @@ def _texel_means(
 ) -> Float[np.ndarray, "rows columns harmonics"]:
     """Means of the harmonics over the valid parts of texels; 0 where there are none."""
     _, rows, columns = parameterization.shape(size)
-    total, weights = 0.0, 0.0
+    total, weights = np.zeros(1), np.zeros(1)
     for down in (-1.0, 1.0):
         for right in (-1.0, 1.0):
             v, u = np.meshgrid(

@@ -3,6 +3,7 @@
 import numpy as np
 import wgpu
 
+from reflet.envmap.mip_reduction import mean_weights
 from reflet.envmap.parameterization import Parameterization
 from reflet.render.env_map_texture import EnvMapTexture
 from reflet.shaders.link import link
@@ -11,7 +12,8 @@ from reflet.shaders.link import link
 class MapLevels:
     """Fills the mip levels of one half-float map from the finest, as often as that changes; 4 bytes a texel more.
 
-    The device's twin of `reflet.envmap.mip_reduction.mip_levels_from_finest`.
+    The device's twin of `reflet.envmap.mip_reduction.mip_levels_from_finest`, but for the mean that this restores over
+    all of a round map. The finest level holds the map's continuation outside its disc.
     """
 
     def __init__(self, device: wgpu.GPUDevice, env_map: EnvMapTexture) -> None:
@@ -19,11 +21,11 @@ class MapLevels:
         self._pipeline = device.create_compute_pipeline(
             layout="auto", compute={"module": module, "entry_point": "next_map_level"}
         )
-        solid_angles = _upload_solid_angles(device, env_map.parameterization, env_map.size)
+        weights = _upload_weights(device, env_map.parameterization, env_map.size)
         self._steps = []
         for level in range(1, env_map.texture.mip_level_count):
             resources = [
-                _level(env_map.texture, level - 1), _level(env_map.texture, level), _level(solid_angles, level - 1)
+                _level(env_map.texture, level - 1), _level(env_map.texture, level), _level(weights, level - 1)
             ]  # fmt: skip
             group = device.create_bind_group(
                 layout=self._pipeline.get_bind_group_layout(0),
@@ -45,7 +47,7 @@ def _level(texture: wgpu.GPUTexture, mip_level: int) -> wgpu.GPUTextureView:
     return texture.create_view(dimension="2d-array", base_mip_level=mip_level, mip_level_count=1)
 
 
-def _upload_solid_angles(device: wgpu.GPUDevice, parameterization: Parameterization, size: int) -> wgpu.GPUTexture:
+def _upload_weights(device: wgpu.GPUDevice, parameterization: Parameterization, size: int) -> wgpu.GPUTexture:
     faces, rows, columns = parameterization.shape(size)
     texture = device.create_texture(
         size=(columns, rows, faces),
@@ -53,15 +55,15 @@ def _upload_solid_angles(device: wgpu.GPUDevice, parameterization: Parameterizat
         format="r32float",
         usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST,
     )
-    solid_angle = np.array(parameterization.texel_solid_angle(size), np.float64)
+    weights = np.array(mean_weights(parameterization, size))
     for mip_level in range(size.bit_length()):
-        faces, rows, columns = solid_angle.shape
+        faces, rows, columns = weights.shape
         device.queue.write_texture(
             {"texture": texture, "mip_level": mip_level},
-            np.ascontiguousarray(solid_angle, np.float32),
+            np.ascontiguousarray(weights, np.float32),
             {"bytes_per_row": 4 * columns, "rows_per_image": rows},
             (columns, rows, faces),
         )
         if rows > 1:
-            solid_angle = solid_angle.reshape(faces, rows // 2, 2, columns // 2, 2).sum((2, 4))
+            weights = weights.reshape(faces, rows // 2, 2, columns // 2, 2).sum((2, 4))
     return texture
