@@ -75,7 +75,7 @@ def sixteen_bit(path):
 @pytest.mark.parametrize(
     ("make", "module", "function", "header", "every"),
     # every so many of the damaged files: a few hundred of each
-    [(scanlines, "exr", "read_exr", 320, 3), (tiles, "exr", "read_exr", 350, 3), (parts, "exr", "read_exr", 600, 5),
+    [(scanlines, "exr", "read_exr", 320, 5), (tiles, "exr", "read_exr", 350, 5), (parts, "exr", "read_exr", 600, 9),
      (eight_bit, "png", "read_linear_picture", 40, 1), (sixteen_bit, "png", "read_linear_picture", 40, 1)],
 )  # fmt: skip
 def test_damaged_files(tmp_path, make, module, function, header, every):

@@ -70,9 +70,13 @@ def read_linear_picture(path: str | os.PathLike[str]) -> Float32[np.ndarray, "he
         data = Path(path).read_bytes()
     except OSError as error:
         raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
-    # Pillow reads the signature, then length and name of IHDR; its bit depth follows two 4-byte sizes
-    if data.startswith(_PNG) and data[24:25] == b"\x10":
-        return _linear(_sixteen_bits(path, data))
+    if data.startswith(_PNG):
+        # signature, length and name of the first chunk, then width, height and bits a channel
+        width, height, bits = (int.from_bytes(data[at:end], "big") for at, end in ((16, 20), (20, 24), (24, 25)))
+        if width * height > len(data) * _DEFLATE_LIMIT * 8 // max(bits, 1):
+            raise RefletError(f"{path} is truncated or damaged: {len(data)} bytes hold no {width}×{height} pixels.")
+        if bits == 16:
+            return _linear(_sixteen_bits(path, data, width * height))
     try:
         with Image.open(io.BytesIO(data)) as image:
             upright = ImageOps.exif_transpose(image)
@@ -82,11 +86,12 @@ def read_linear_picture(path: str | os.PathLike[str]) -> Float32[np.ndarray, "he
         raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
 
 
-def _sixteen_bits(path: str | os.PathLike[str], data: bytes) -> UInt16[np.ndarray, "height width channels"]:
+def _sixteen_bits(
+    path: str | os.PathLike[str], data: bytes, pixel_count: int
+) -> UInt16[np.ndarray, "height width channels"]:
     """RGB or RGBA of a 16-bit PNG file, of which Pillow would give the upper 8 bits."""
-    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
-    if width * height > min(LARGEST_PICTURE, len(data) * _DEFLATE_LIMIT):
-        raise RefletError(f"{path} is truncated or damaged: {len(data)} bytes hold no {width}×{height} pixels.")
+    if pixel_count > LARGEST_PICTURE:
+        raise RefletError(f"{path} is {pixel_count} pixels, more than can be read; scale it down.")
     import imagecodecs  # takes 0.4 s to import, and few pictures need it
 
     try:
