@@ -36,7 +36,7 @@ def valid_files(suffix, folder):
 
 
 def with_other_numbers(data, header, skip):
-    """Each 32-bit number of the header replaced by some of many; by which, depends on ``skip``: files share the work."""
+    """Each 32-bit number of the header replaced by some others; which, depends on ``skip``: files share the work."""
     for at in range(12, header - 3, 4):
         for number in (*NUMBERS, 3, 6, 17, 131)[skip % 3 :: 3]:
             yield data[:at] + struct.pack("<I", number) + data[at + 4 :]
