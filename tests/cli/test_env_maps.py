@@ -223,7 +223,7 @@ def test_what_formats_cannot_hold(studio: Path, tmp_path: Path, capsys: pytest.C
     assert ".gif" in refused(capsys, "convert", studio, tmp_path / "out.gif")
     assert "mip" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--mips")
     assert "power of two" in refused(capsys, "convert", studio, tmp_path / "out.ktx2", "--to", "cube", "--size", "100")
-    assert "zstd" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--zstd").lower()
+    assert "Zstandard" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--zstd")
     assert "horizontal-cross" in refused(
         capsys, "convert", studio, tmp_path / "out.ktx2", "--to", "cube", "--layout", "horizontal-cross"
     )
@@ -250,7 +250,7 @@ def test_folders_that_cannot_be_written(studio: Path, tmp_path: Path, capsys: py
     assert "folder" in refused(capsys, "sampling", "--figure", tmp_path / "file" / "rates.png")
 
 
-@pytest.mark.parametrize("name", ["out.exr", "out.ktx2", "out.hdr", "out.dds", "sky_{face}.hdr"])
+@pytest.mark.parametrize("name", ["out.exr", "out.ktx2", "sky_{face}.hdr"])
 def test_a_disk_that_fills_up_leaves_nothing(studio: Path, tmp_path: Path, name: str) -> None:
     """A limit on file sizes stands for the full disk: writes fail half way."""
     out = tmp_path / "out"

@@ -53,6 +53,6 @@ def _tell_of_map(path: Path, source_is: str | None) -> None:
 
     levels = read_levels(path, parameterization(source_is) if source_is else None)
     console = Console()
-    if console.is_terminal and console.color_system in ("truecolor", "256"):
+    if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
         console.print(terminal_picture(levels[0], min(console.width, 96)), end="")
     click.echo(env_image_table(file_facts(path), levels))
