@@ -11,6 +11,7 @@ takes the map for light refuses them (`read_environment`).
 import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -57,8 +58,8 @@ _LATLONG = LatLong()
 
 
 def read_env_image(path: _Path, parameterization: Parameterization | None = None) -> EnvImage:
-    """The finest level of `read_levels`."""
-    return read_levels(path, parameterization)[0]
+    """The finest level of `read_levels`; the others are not decoded."""
+    return _read(Path(path), parameterization, most_levels=1)[0]
 
 
 def read_levels(path: _Path, parameterization: Parameterization | None = None) -> tuple[EnvImage, ...]:
@@ -70,12 +71,18 @@ def read_levels(path: _Path, parameterization: Parameterization | None = None) -
     Raises RefletError where files are missing, damaged or of other kinds, where their radiance is not finite, where
     their shape does not suit the parameterization, and where the parameterization is not known.
     """
-    path = Path(path)
+    return _read(Path(path), parameterization)
+
+
+def _read(
+    path: Path, parameterization: Parameterization | None, most_levels: int | None = None
+) -> tuple[EnvImage, ...]:
     files = six_files(path, READ)
     if files is not None:
         levels: tuple[EnvImage, ...] = (_cube_from_files(files, parameterization),)
     elif (reader := _texture_reader(path)) is not None:
-        levels = _levels_of_texture(path, reader[1](path), parameterization)
+        texture = reader[1](path)
+        levels = _levels_of_texture(path, replace(texture, levels=texture.levels[:most_levels]), parameterization)
     else:
         levels = (_image_of_picture(path, read_picture_file(path), parameterization),)
     for level in levels:
