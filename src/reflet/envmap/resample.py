@@ -85,7 +85,9 @@ def _least_ratio(source: Parameterization, to: Parameterization) -> float:
     return float(np.sqrt(source.sampling_rate(everywhere) / to.sampling_rate(everywhere)).min())
 
 
-def _padded_source(parameterization: Parameterization, texels: Texels, ratio: float) -> Texels:
+def _padded_source(
+    parameterization: Parameterization, texels: Texels, ratio: float
+) -> Float[np.ndarray, "faces padded_rows padded_columns at_least_three"]:
     """What the compiled loops read: a padded copy in single precision of 3 or 4 channels, halved while it is too fine.
 
     Where footprints are everywhere wider than `_WIDEST` texels, two by two of them can be averaged before: halves of
@@ -173,7 +175,7 @@ def _tents(
 
 def _taps(
     to: Parameterization, size: int, direction: Directions
-) -> tuple[tuple[Faces, ...], Float[np.ndarray, "*batch taps"]]:
+) -> tuple[tuple[Int[np.ndarray, "*batch taps"], ...], Float[np.ndarray, "*batch taps"]]:
     """(face, row, column) of the four texels around each direction, and their bilinear weights.
 
     At a cube's corner a tap is missing; it has no weight.
