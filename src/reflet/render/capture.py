@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 import wgpu
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.dual_paraboloid import DualParaboloid
@@ -18,6 +18,7 @@ from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, u
 from reflet.render.map_levels import MapLevels
 from reflet.render.matte_scene import MatteScene
 from reflet.render.views import Rotation, Views, cube_view, paraboloid_view, view_layout
+from reflet.render.visible_parts import bounding_spheres, reach_into_cube, reach_into_paraboloids
 from reflet.render.warp import Warp, WarpPrograms, face_views
 from reflet.scene.camera import Vec3
 from reflet.scene.scene import Scene
@@ -73,7 +74,8 @@ class EnvironmentCapture:
         if (method == "warp") != (to is not None):
             raise RefletError(f"A warp, and nothing else, needs a parameterization to warp to; {method} to {to} came.")
         self._device, self._near = device, near
-        self._drawn = [i for i, part in enumerate(scene.parts) if not part.reflective]
+        self._drawn = np.array([not part.reflective for part in scene.parts])
+        self._spheres = bounding_spheres(scene)
         self._onto_paraboloid = method == "dual_paraboloid"
         kind: Parameterization = DualParaboloid() if self._onto_paraboloid else CUBE
         drawn_size = size if to is None else covering_cube_size(to, size)
@@ -109,10 +111,11 @@ class EnvironmentCapture:
         )
         environment = self._environment and self._backdrop.source_group(self._environment, turn.T)
         encoder = self._device.create_command_encoder()
-        for group, face in zip(self._views.groups, self._faces, strict=True):
+        visible = self._visible(world_from_part, np.array(centre, np.float64), turn)
+        for group, face, seen in zip(self._views.groups, self._faces, visible, strict=True):
             render_pass = begin_pass(encoder, face, self._depth)
             render_pass.set_bind_group(0, group)
-            self._matte.draw(render_pass, self._drawn, HALF, self._onto_paraboloid)
+            self._matte.draw(render_pass, np.flatnonzero(seen).tolist(), HALF, self._onto_paraboloid)
             if self._environment is not None:
                 self._backdrop.draw(render_pass, self._environment, environment, kind, HALF)
             render_pass.end()
@@ -121,3 +124,12 @@ class EnvironmentCapture:
             self._warp.draw(encoder, self._map)
         self._device.queue.submit([encoder.finish()])
         return self._warped or self._map
+
+    def _visible(
+        self, world_from_part: Float[np.ndarray, "parts 4 4"], eye: Float[np.ndarray, "3"], map_from_world: Rotation
+    ) -> Bool[np.ndarray, "faces parts"]:
+        """The parts that each face needs."""
+        homogeneous = np.concatenate([self._spheres[:, :3], np.ones((len(self._spheres), 1))], 1)
+        centre = (np.einsum("pij,pj->pi", world_from_part, homogeneous)[:, :3] - eye) @ map_from_world.T
+        reach = reach_into_paraboloids if self._onto_paraboloid else reach_into_cube
+        return reach(centre, self._spheres[:, 3]) & self._drawn

@@ -1,5 +1,5 @@
-// Program: the next mip level of an env map of any parameterization, each texel the mean of the four below it, weighted
-// by solid angle (twin of reflet.envmap.mip_reduction). One thread a texel, z = face.
+// Program: the next mip level of an env map of any parameterization, each texel the mean of the four that it covers, by
+// their weights (twin of reflet.envmap.mip_reduction, `mean_weights`). One thread a texel, z = face.
 //
 //   bind group 0   0 texture_2d_array<f32>: the level above alone   1 storage texture: this level
 //                  2 texture_2d_array<f32>: the weights of the texels above
@@ -17,15 +17,15 @@ fn next_map_level(@builtin(global_invocation_id) id: vec3u) {
   }
   var sum = vec4f(0.0);
   var flux = vec4f(0.0);
-  var weight = 0.0;
+  var total = 0.0;
   for (var k = 0; k < 4; k++) {
     let at = 2 * texel + vec2i(k & 1, k >> 1u);
     let value = textureLoad(finer, at, face, 0);
-    let share = textureLoad(weights, at, face, 0).x;
+    let weight = textureLoad(weights, at, face, 0).x;
     sum += value;
-    flux += share * value;
-    weight += share;
+    flux += weight * value;
+    total += weight;
   }
-  // Beyond the rim of a round map there is no solid angle, but its continuation.
-  textureStore(coarser, texel, face, select(0.25 * sum, flux / weight, weight > 0.0));
+  // Outside the disc of a sphere map nothing has weight.
+  textureStore(coarser, texel, face, select(0.25 * sum, flux / total, total > 0.0));
 }
