@@ -2,7 +2,8 @@
 
 `HemispherePicture` says in NumPy what one picture shows; tests hold the two to each other. A ``lens`` packs what tells
 directions from pixels: middle column and row, pixels a unit of the projection's radius, radians from axis to edge,
-number of the projection, and the side on which +x is seen, 1 for right and -1 for left.
+number of the projection, the side on which +x is seen (1 for right, -1 for left), and the radius up to which pixels are
+read.
 """
 
 from math import atan2, ceil, hypot, sin, sqrt, tan
@@ -13,6 +14,7 @@ from numba import njit, prange
 from reflet.envmap.compiled_parameterization import direction_at, rate_at
 
 EQUIDISTANT, EQUISOLID, STEREOGRAPHIC, ORTHOGRAPHIC = range(4)
+RIM = 1.5  # pixels on the edge of a circle that are not read: they mix with the black around, as bilinear lookups do
 _LEAST_BORDER = 1e-9  # radians: a border without width still divides
 
 
@@ -33,7 +35,7 @@ def _add(out, weight, pixels, lens, x, y, z):  # type: ignore[no-untyped-def]
     """Adds what a picture shows in a direction, bilinear, outside the circle as on its edge."""
     rows, columns, channels = pixels.shape
     across = hypot(x, y)
-    ring = lens[2] * _radius(int(lens[4]), min(atan2(across, z), lens[3])) / max(across, 1e-12)
+    ring = min(lens[2] * _radius(int(lens[4]), min(atan2(across, z), lens[3])), lens[6]) / max(across, 1e-12)
     u = min(max(lens[0] + ring * x * lens[5] - 0.5, 0.0), columns - 1.0)
     v = min(max(lens[1] - ring * y - 0.5, 0.0), rows - 1.0)
     left, top = min(int(u), max(columns - 2, 0)), min(int(v), max(rows - 2, 0))

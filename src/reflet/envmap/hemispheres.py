@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import map_coordinates
 
-from reflet.envmap.compiled_hemispheres import EQUIDISTANT, EQUISOLID, ORTHOGRAPHIC, STEREOGRAPHIC, join_into
+from reflet.envmap.compiled_hemispheres import EQUIDISTANT, EQUISOLID, ORTHOGRAPHIC, RIM, STEREOGRAPHIC, join_into
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_area_octahedral import EqualAreaOctahedral
@@ -111,24 +111,28 @@ class HemispherePicture:
         ring = projection.radius(theta) * (radius / projection.radius(np.array(self.half_angle)))
         return float(np.max(np.diff(0.5 * ring**2) / np.diff(-np.cos(theta))))
 
-    def lens(self) -> Float[np.ndarray, "6"]:
+    def lens(self) -> Float[np.ndarray, "7"]:
         """What `compiled_hemispheres` needs to find a direction's pixel."""
         projection, (column, row, radius) = PROJECTIONS[self.projection], self.image_circle
         scale = radius / float(projection.radius(np.array(self.half_angle)))
-        return np.array([column, row, scale, self.half_angle, projection.code, 1.0 if projection.is_mirror else -1.0])
+        side = 1.0 if projection.is_mirror else -1.0
+        return np.array([column, row, scale, self.half_angle, projection.code, side, max(radius - RIM, 0.0)])
 
     def beyond_edge(self, direction: Directions) -> Angles:
         """Radians by which unit directions lie outside the circle, negative inside."""
         return np.arctan2(np.hypot(direction[..., 0], direction[..., 1]), direction[..., 2]) - self.half_angle
 
     def radiance(self, direction: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n channels"]:
-        """What the picture shows in unit directions, bilinear between pixels; outside the circle as on its edge."""
+        """What the picture shows in unit directions, bilinear between pixels; outside the circle as on its edge.
+
+        That edge is `RIM` pixels inside the circle: where a lens ends pixels are half black.
+        """
         projection, (column, row, radius) = PROJECTIONS[self.projection], self.image_circle
         x, y, z = np.moveaxis(direction, -1, 0)
         across = np.hypot(x, y)
         theta = np.minimum(np.arctan2(across, z), self.half_angle)
         ring = projection.radius(theta) * (radius / projection.radius(np.array(self.half_angle)))
-        scale = ring / np.maximum(across, 1e-12)
+        scale = np.minimum(ring, max(radius - RIM, 0.0)) / np.maximum(across, 1e-12)
         right = x if projection.is_mirror else -x
         at = np.stack([row - scale * y - 0.5, column + scale * right - 0.5])
         channels = np.moveaxis(self.pixels, -1, 0)
@@ -212,6 +216,6 @@ def _check_all_seen(
     unseen = np.minimum(front.beyond_edge(direction), back.beyond_edge(direction @ front_from_back)) > 1e-6
     if unseen.any():
         raise RefletError(
-            f"{unseen.mean():.1%} of all directions are in neither picture; give a larger field of view or turn the back "
-            "camera otherwise."
+            f"{unseen.mean():.1%} of all directions are in neither picture; give a larger field of view or turn the "
+            "back camera otherwise."
         )
