@@ -145,8 +145,8 @@ def test_join_gives_the_sky_back(tmp_path: Path, to: str) -> None:
     assert reflet("join", *fisheyes(tmp_path), "--fov", "190", "--to", to, "-o", out) == 0
     image = read_env_image(out)
     direction, valid = image.parameterization.texel_directions(image.size)
-    # Bilinear pixels of 2 degrees on slopes of 0.5: curvature errs by 0.5·(0.035)²/8.
-    assert np.abs(image.texels - sky(direction))[valid].max() < 1e-3
+    # The outermost 1.5 pixels, of 2 degrees each, are continued, where alpha is at most 0.15: 0.15·0.026·0.5.
+    assert np.abs(image.texels - sky(direction))[valid].max() < 3e-3
 
 
 def test_join_turns_the_back_camera(tmp_path: Path) -> None:
