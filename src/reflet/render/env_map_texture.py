@@ -23,6 +23,7 @@ _UNIFORM = np.dtype(
 class EnvMapTexture:
     """An env map with its mip levels, one array layer a face."""
 
+    device: wgpu.GPUDevice
     parameterization: Parameterization
     size: int  # rows of a face
     texture: wgpu.GPUTexture
@@ -37,8 +38,7 @@ class EnvMapTexture:
         size = self.size >> mip_level
         faces, rows, columns = self.parameterization.shape(size)
         channel = np.dtype(np.float16 if self.texture.format == HALF else np.float32)
-        device: wgpu.GPUDevice = self.texture._device
-        data = device.queue.read_texture(
+        data = self.device.queue.read_texture(
             {"texture": self.texture, "mip_level": mip_level},
             {"bytes_per_row": 4 * channel.itemsize * columns, "rows_per_image": rows},
             (columns, rows, faces),
@@ -63,7 +63,7 @@ def create_env_map(
         format=texture_format,
         usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST | wgpu.TextureUsage.COPY_SRC | usage,
     )
-    return EnvMapTexture(parameterization, size, texture)
+    return EnvMapTexture(device, parameterization, size, texture)
 
 
 def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMapTexture:
