@@ -21,12 +21,15 @@ lint: .venv/.ready web/node_modules/.ready
 	.venv/bin/mypy
 	cd web && npm run --silent check
 
-# The pictures that the README shows.
+# The pictures that the documentation shows.
 figures: .venv/.ready .venv/.browser $(VIEWER)
 	rm -rf out/figures
 	.venv/bin/reflet bake teapot-room --out out/figures/teapot
 	.venv/bin/reflet compare out/figures/teapot --figure docs/comparison.png
 	$(PY) tools/viewer_picture.py out/figures/teapot docs/viewer.png
+	$(PY) examples/parameterizations.py out/figures/parameterizations
+	$(PY) tools/parameterizations_picture.py out/figures/parameterizations docs/parameterizations.png
+	.venv/bin/reflet sampling --figure docs/sampling.png
 
 web: $(VIEWER)
 
