@@ -1,4 +1,4 @@
-"""The documentation's picture of all parameterizations: .venv/bin/python tools/parameterizations_picture.py GALLERY FILE
+"""The picture of all parameterizations: .venv/bin/python tools/parameterizations_picture.py GALLERY FILE
 
 GALLERY is a folder that examples/parameterizations.py has written. A column for each parameterization: the map, and
 mirrors that wear it.
