@@ -27,7 +27,8 @@ def env_image_table(file: FileFacts, levels: Sequence[EnvImage]) -> str:
     table.add_row("mean radiance", _numbers(found.mean))
     table.add_row("total over all directions", f"{_numbers(found.power)} (∫ L dω, radiance·sr)")
     table.add_row(f"in the brightest {BRIGHTEST_SHARE:.2%}", f"{found.flux_of_brightest:.1%} of the luminance")
-    table.add_row("brightest", f"{_numbers(found.brightest_radiance)} {_place(found.brightest)}")
+    table.add_row("brightest texel", _numbers(found.brightest_radiance))
+    table.add_row("  seen", _place(found.brightest))
     table.add_row("light comes from", f"{_place(found.dominant)}, {found.directedness:.0%} directed")
     return table_text(table)
 
