@@ -1,9 +1,9 @@
 """Prefiltering by brute force: the reference.
 
 L(r) = ∫ k(θ)·L(ω) dω, with the environment as it is stored: texel j stands for its exact solid angle Ω_j in the
-direction ω_j of its centre. The integral is the sum Σ_j k(r, ω_j)·Ω_j·L_j over *all* texels, in float64. For normalized kernels
-it is divided by Σ_j k(r, ω_j)·Ω_j, which tends to 1 as texels shrink against the lobe: a constant environment stays
-constant whatever the resolution, and most of the quadrature's error cancels.
+direction ω_j of its centre. The integral is the sum Σ_j k(r, ω_j)·Ω_j·L_j over *all* texels, in float64. For
+normalized kernels it is divided by Σ_j k(r, ω_j)·Ω_j, which tends to 1 as texels shrink against the lobe: a constant
+environment stays constant whatever the resolution, and most of the quadrature's error cancels.
 
 The sum knows nothing between texel centres: it is a reference for lobes that are wide against the texels (some three
 texels from the lobe's middle to its half height). Memory: some 300 MB whatever the sizes.

@@ -1,0 +1,61 @@
+"""Prefiltered maps of GGX as mip levels: the one relation between roughness and LOD, and the maps made by it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.resample import resample
+from reflet.errors import RefletError
+from reflet.reflectance.ggx import GgxKernel
+from reflet.reflectance.prefilter import Prefilter
+
+_SMALLEST = 16  # rows of the last level by default: coarser ones would show their texels
+
+
+@dataclass(frozen=True)
+class RoughnessScale:
+    """How a renderer finds the LOD of a perceptual_roughness r, as a share of the last level's: 0 at 0, 1 at 1."""
+
+    name: str
+    lod_share: Callable[[float], float]
+    roughness: Callable[[float], float]  # its inverse
+
+    def lod_from_roughness(self, perceptual_roughness: float, level_count: int) -> float:
+        """LOD in [0, level_count - 1]."""
+        return self.lod_share(perceptual_roughness) * (level_count - 1)
+
+    def roughness_of_level(self, mip_level: int, level_count: int) -> float:
+        """perceptual_roughness that a mip level is filtered with, in [0, 1]."""
+        return self.roughness(mip_level / max(level_count - 1, 1))
+
+
+LINEAR = RoughnessScale("linear", lambda r: r, lambda share: share)  # glTF Sample Viewer, three.js's idea too
+FILAMENT = RoughnessScale("filament", lambda r: r * (2.0 - r), lambda share: 1.0 - float(np.sqrt(1.0 - share)))
+
+
+def ggx_levels(
+    image: EnvImage,
+    to: Parameterization,
+    size: int,
+    level_count: int | None = None,
+    scale: RoughnessScale = LINEAR,
+) -> tuple[EnvImage, ...]:
+    """The environment filtered with `GgxKernel`: level k, of ``size`` >> k rows, for the roughness ``scale`` gives it.
+
+    Level 0 is a mirror's, the last one that of roughness 1.
+
+    ``level_count`` is by default that which ends at 16 rows. Raises RefletError for radiance that is negative or not
+    finite, and where there are fewer levels than 2 or more than ``size`` can be halved to.
+    """
+    count = max(size // _SMALLEST, 2).bit_length() if level_count is None else level_count
+    if not 2 <= count <= size.bit_length():
+        raise RefletError(f"A map of {size} rows has 2 to {size.bit_length()} levels, not {count}; ask for fewer.")
+    environment = Prefilter(image)
+    levels = [resample(image, to, size)]
+    for level in range(1, count):
+        alpha = scale.roughness_of_level(level, count) ** 2
+        levels.append(environment.map(GgxKernel(alpha), to, size >> level))
+    return tuple(levels)
