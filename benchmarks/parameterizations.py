@@ -2,10 +2,12 @@
 
     .venv/bin/python benchmarks/parameterizations.py SCENE.glb FOLDER [--em-size N] [--image-size N] [--spp N]
 
-SCENE.glb is the benchmark scene (docs/measurements.md says how it is seen). ``--em-size`` is the cube's edge; the others
-have the power of two of rows that brings their texels nearest to the cube's. Each is baked into FOLDER/<name> (kept, if it
-is there) and compared with ray tracing. Prints a row for each: rows and texels over the sphere in thousands, display PSNR
-of the layered PEM and of its distant layer alone, seconds of inference a viewpoint.
+SCENE.glb is the benchmark scene (docs/measurements.md says how it is seen). ``--em-size`` is the cube's edge; the
+others have the power of two of rows that brings their texels nearest to the cube's. Each is baked into FOLDER/<name>
+(kept, if it is there) and compared with ray tracing at 256 samples a pixel, as `reflet compare` does; pictures
+(reference, layered, distant alone) go to FOLDER/<name>-<place>.png. Prints a row for each: rows, and texels over the
+sphere in thousands; display PSNR of the layered PEM and of its distant layer alone at each place; seconds of inference
+a viewpoint.
 """
 
 import argparse
@@ -15,16 +17,57 @@ from pathlib import Path
 import numpy as np
 
 from reflet.bake import TIMINGS, bake
-from reflet.compare import compare
+from reflet.compare import REFERENCE_SEED, object_radiance, object_under_distant, straight
 from reflet.envmap.cube import CUBE
+from reflet.envmap.equal_sampling import texels_over_sphere
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.sampling import valid_texels
+from reflet.files.png import write_png
 from reflet.load import load_scene
 from reflet.pem.container import open_pem
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.render.renderer import Renderer
+from reflet.report.measures import SquaredError, picture_srgb, squared_error
+from reflet.scene.camera import Camera
 from reflet.scene.framing import frame_orbit
-from reflet.scene.parameter_space import orbit_space
+from reflet.scene.parameter_space import Orbit, orbit_space
+from reflet.trace.layers import SegmentedLayers
+from reflet.trace.tracer import Tracer
 
-PLACES = ("sample", "between", "above-10")
+REFERENCE_SPP = 256
+PLACES = {
+    "at a sample": ((60.0, 22.0), (62.0, 22.0), (64.0, 22.0)),
+    "between": ((61.0, 22.0), (63.0, 22.0)),
+    "10° above": ((60.0, 32.0), (62.0, 32.0), (64.0, 32.0)),
+}
+
+
+def cameras(orbit: Orbit) -> dict[str, list[Camera]]:
+    """Viewpoints by place."""
+    return {
+        place: [orbit.camera({"azimuth_deg": azimuth, "elevation_deg": elevation}) for azimuth, elevation in points]
+        for place, points in PLACES.items()
+    }
+
+
+def measured(
+    pem: ParameterizedEnvironmentMap, references: dict[str, list[SegmentedLayers]], pictures: str
+) -> dict[str, tuple[float, float]]:
+    """Display PSNR by place, of all layers and of the distant one under the traced local one."""
+    renderer, out = Renderer(pem), {}
+    for place, views in references.items():
+        layered, distant = SquaredError(), SquaredError()
+        for number, layers in enumerate(views):
+            truth, coverage = object_radiance(layers)
+            shown = straight(renderer.frame(layers.camera, what="object"))
+            under = object_under_distant(layers, straight(renderer.layer_image(layers.camera, "distant")))
+            layered += squared_error(truth, shown, coverage > 0.5)
+            distant += squared_error(truth, under, coverage > 0.5)
+            if number == 0:
+                covered = coverage[..., None] > 0.5
+                row = [picture_srgb(np.where(covered, image, 0.0)) for image in (truth, shown, under)]
+                write_png(Path(f"{pictures}-{place.split()[0]}.png"), np.concatenate(row, 1))
+        out[place] = layered.psnr, distant.psnr
+    return out
 
 
 def main() -> None:
@@ -46,23 +89,30 @@ def main() -> None:
         fov_deg=36.0,
         image_size=asked.image_size,
     )
-    heading = "".join(f"{place:>20}" for place in PLACES)
-    print(f"{'':22}{'rows':>6}{'texels':>8}{heading}{'seconds':>9}")
+    references: dict[str, list[SegmentedLayers]] = {}
+    print(f"{'':22}{'rows':>6}{'texels':>8}{''.join(f'{place:>20}' for place in PLACES)}{'seconds':>9}")
     for name in asked.only:
-        density = valid_texels(PARAMETERIZATIONS[name])
-        size = int(2 ** np.round(0.5 * np.log2(asked.em_size**2 * valid_texels(CUBE) / density)))
+        density = texels_over_sphere(PARAMETERIZATIONS[name])
+        size = int(2 ** np.round(0.5 * np.log2(asked.em_size**2 * texels_over_sphere(CUBE) / density)))
         folder = asked.folder / name
         if not (folder / "scene.gltf").exists():
             space = orbit_space(orbit, 3, 2.0)
             bake(scene, folder, space, parameterization=name, em_size=size, spp=asked.spp, resume=folder.exists())
-        found = compare(open_pem(folder), rivals=False, images=folder / "images")
-        values = (
-            f"{found.result(place, 'layered').psnr_display:10.2f}{found.result(place, 'distant-only').psnr_display:10.2f}"
-            for place in PLACES
-        )
+        pem = open_pem(folder)
+        if not references:
+            tracer = Tracer(pem.scene, irradiance=pem.irradiance)
+            for place, views in cameras(orbit).items():
+                references[place] = [
+                    tracer.view(
+                        view, spp=REFERENCE_SPP, sample_count=1, seed=REFERENCE_SEED + number, surroundings=True
+                    ).layers
+                    for number, view in enumerate(views)
+                ]
+        found = measured(pem, references, str(folder)).values()
         timings = [json.loads(line) for line in (folder / TIMINGS).read_text().splitlines()]
         seconds = float(np.median([entry["infer_seconds"] for entry in timings]))
-        print(f"{name:22}{size:6}{density * size**2 / 1000:8.0f}{''.join(values)}{seconds:9.1f}", flush=True)
+        columns = "".join(f"{layered:10.2f}{distant:10.2f}" for layered, distant in found)
+        print(f"{name:22}{size:6}{density * size**2 / 1000:8.0f}{columns}{seconds:9.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -4,12 +4,14 @@ Two touching mirror balls hang in a textured room with a bright ceiling. The map
 inferred ones; they differ from sample to sample and from level to level, so that any mix-up shows.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from reflet.envmap.cube import AXES, texel_directions
+from reflet.envmap.cube import AXES, CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight, Material, Texture
@@ -22,7 +24,12 @@ BIG, KNOB = ((0.0, 0.0, 0.0), 0.5), ((0.0, 0.62, 0.0), 0.14)
 
 
 def small_pem(
-    *, views: int = 3, size: int = 16, with_environment: bool = True, with_room: bool = True
+    *,
+    views: int = 3,
+    size: int = 16,
+    with_environment: bool = True,
+    with_room: bool = True,
+    parameterization: Parameterization = CUBE,
 ) -> ParameterizedEnvironmentMap:
     """The PEM. Without its room, which is closed, the environment light is seen."""
     checks = np.indices((8, 8)).sum(0) % 2
@@ -47,9 +54,9 @@ def small_pem(
     scene = Scene(parts, (ReflectiveObject("balls", (0, 1)),), environment if with_environment else None)
     box = Box((-ROOM,) * 3, (ROOM,) * 3, (0.0, 0.1, 0.0))
     layers = (
-        Layer("balls", "distant", (0, 1), box, size),
-        Layer("ball", "local", (0,), Ellipsoid(BIG[0], (0.51, 0.52, 0.51), BIG[0]), size // 2),
-        Layer("knob", "local", (1,), Ellipsoid(KNOB[0], (0.15, 0.15, 0.15), KNOB[0]), size // 2),
+        Layer("balls", "distant", (0, 1), box, size, parameterization),
+        Layer("ball", "local", (0,), Ellipsoid(BIG[0], (0.51, 0.52, 0.51), BIG[0]), size // 2, parameterization),
+        Layer("knob", "local", (1,), Ellipsoid(KNOB[0], (0.15, 0.15, 0.15), KNOB[0]), size // 2, parameterization),
     )
     azimuths = tuple(60.0 + 2.0 * view for view in range(views))
     space = ParameterSpace((Axis("azimuth_deg", azimuths),), Orbit((0.0, 0.1, 0.0), 60.0, 22.0, 2.0, image_size=128))
@@ -65,7 +72,7 @@ def small_pem(
         lod_bias=-1.0,
         sample_count=16,
         statistics={"seconds": 1.5, "samples": [{"iterations": [view, 5]} for view in range(views)]},
-        static_maps=(_map(layers[0], 7),),
+        static_maps=(_map(replace(layers[0], parameterization=CUBE), 7),),
     )
 
 
@@ -113,10 +120,10 @@ def _irradiance(scene: Scene) -> IrradianceMap:
 
 
 def _map(layer: Layer, view: int) -> EnvMap:
-    chain = MipChain(layer.size)
+    chain = layer.chain
     levels = []
     for mip_level, size in enumerate(chain.level_sizes):
-        d = texel_directions(size).reshape(-1, 3)
+        d = chain.parameterization.texel_directions(size)[0].reshape(-1, 3)
         colour = 0.6 + 0.5 * np.sin(d * (3.0, 4.0, 5.0) + 0.3 * view + 0.2 * mip_level)
         if layer.kind == "local":
             alpha = np.clip(1.5 * d[:, 1:2] + 0.2 * d[:, :1], 0.0, 1.0)

@@ -76,7 +76,6 @@ def compare(
     reference_spp: int = 256,
     trace_spp: int | None = None,
     variant: str = "llvm_ad_rgb",
-    rivals: bool = True,
     images: str | Path | None = None,
     progress: ProgressCallback = silent,
 ) -> Comparison:
@@ -84,7 +83,6 @@ def compare(
 
     ``samples`` a pixel are shown (default: those that the maps were inferred for). Rivals are inferred at the same
     samples from the same layers (``trace_spp`` defaults to the bake's); static maps are seen from the object's centre.
-    Without ``rivals`` the PEM alone is measured.
     The reference has ``reference_spp`` samples a pixel. With ``images`` the pictures behind each number are written
     into that folder: ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object,
     zero where the mask is), and reference-picture and layered-picture (everything). Holds about 20 bytes a pixel and
@@ -115,11 +113,11 @@ def compare(
         layers = tracer.view(
             view.camera, spp=reference_spp, sample_count=1, seed=REFERENCE_SEED + number, surroundings=True
         ).layers
-        reference = _Reference(view, *_object(layers))
+        reference = _Reference(view, *object_radiance(layers))
         references.append(reference)
-        measure("layered", reference, _straight(renderer.frame(view.camera, what="object", samples=samples)))
-        distant = _straight(renderer.layer_image(view.camera, "distant", samples=samples))
-        measure("distant-only", reference, _under_traced_local(layers, distant))
+        measure("layered", reference, straight(renderer.frame(view.camera, what="object", samples=samples)))
+        distant = straight(renderer.layer_image(view.camera, "distant", samples=samples))
+        measure("distant-only", reference, object_under_distant(layers, distant))
         traced, shown = compose(layers), renderer.frame(view.camera, samples=samples)[..., :3]
         if whole is None or (view.where, view.number) == ("between", 0):
             whole = traced, shown
@@ -133,10 +131,10 @@ def compare(
     adapter = adapter_name(renderer.device)
     del renderer
     noise = _noise_floor(tracer, references[0], reference_spp)
-    for method, rival in _rivals(pem, tracer, trace_spp, progress) if rivals else ():
+    for method, rival in _rivals(pem, tracer, trace_spp, progress):
         renderer = Renderer(rival)
         for reference in references:
-            image = _straight(renderer.frame(reference.view.camera, what="object", samples=samples))
+            image = straight(renderer.frame(reference.view.camera, what="object", samples=samples))
             measure(method, reference, image)
         del renderer
 
@@ -202,12 +200,12 @@ def _views(orbit: Orbit, azimuths: Sequence[float]) -> list[_View]:
     return views
 
 
-def _object(layers: SegmentedLayers) -> tuple[Radiance, Float32[np.ndarray, "height width"]]:
+def object_radiance(layers: SegmentedLayers) -> tuple[Radiance, Float32[np.ndarray, "height width"]]:
     """Radiance of the object alone, mean over what covers each pixel, and that coverage."""
     return _mean_over_parts(layers, layers.diffuse + layers.combined)
 
 
-def _under_traced_local(layers: SegmentedLayers, distant: Radiance) -> Radiance:
+def object_under_distant(layers: SegmentedLayers, distant: Radiance) -> Radiance:
     """The object with its traced local layer over a distant layer that comes from maps."""
     seen = distant.reshape(-1, 3)[layers.pixel]
     values = layers.diffuse + layers.fresnel * (layers.local + (1.0 - layers.alpha[:, None]) * seen)
@@ -228,7 +226,7 @@ def _mean_over_parts(
     )
 
 
-def _straight(image: Float32[np.ndarray, "height width 4"]) -> Radiance:
+def straight(image: Float32[np.ndarray, "height width 4"]) -> Radiance:
     """Radiance without the coverage it was multiplied by; zero where nothing is covered."""
     return image[..., :3] / np.maximum(image[..., 3:], np.float32(1e-6))
 
@@ -239,7 +237,7 @@ def _noise_floor(tracer: Tracer, reference: _Reference, spp: int) -> float:
     Two references differ by twice the variance of one: by 3.01 dB more than one and the truth.
     """
     layers = tracer.view(reference.view.camera, spp=spp, sample_count=1, seed=2 * REFERENCE_SEED).layers
-    again, _ = _object(layers)
+    again, _ = object_radiance(layers)
     return squared_error(reference.radiance, again, reference.mask).psnr + 10.0 * float(np.log10(2.0))
 
 

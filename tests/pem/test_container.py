@@ -8,6 +8,7 @@ import pytest
 from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.errors import RefletError
 from reflet.files.ktx2 import HALF_MAX
 from reflet.pem.container import PemWriter, open_pem, save_pem
@@ -48,13 +49,26 @@ def test_everything_comes_back(tmp_path, with_environment):
         assert same(getattr(pem, name), getattr(back, name)), name
 
 
-def test_maps_come_back_to_half_precision(folder, pem):
-    back = open_pem(folder)
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
+def test_maps_come_back_to_half_precision(tmp_path, name):
+    pem = small_pem(parameterization=PARAMETERIZATIONS[name])
+    save_pem(tmp_path / "pem", pem)
+    back = open_pem(tmp_path / "pem")
+    assert back.layers == pem.layers
     assert len(back.maps) == len(pem.maps)
     for ours, theirs in zip([*pem.maps, pem.static_maps], [*back.maps, back.static_maps], strict=True):
         for a, b in zip(ours, theirs, strict=True):
             assert (a.chain, a.geometry) == (b.chain, b.geometry)
             np.testing.assert_array_equal(a.texels.astype(np.float16).astype(np.float32), b.texels)
+
+
+def test_layers_of_older_folders_are_cubes(folder, pem):
+    path = folder / "scene.gltf"
+    document = json.loads(path.read_text())
+    for layer in document["extensions"][EXTENSION]["layers"]:
+        del layer["parameterization"]
+    path.write_text(json.dumps(document))
+    assert open_pem(folder).layers == pem.layers
 
 
 def test_maps_are_a_sequence(folder):

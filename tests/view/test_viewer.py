@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,7 @@ import pytest
 from PIL import Image
 from small_pem import small_pem
 
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.errors import RefletError
 from reflet.pem.container import save_pem
 from reflet.scene.parameter_space import Axis
@@ -30,6 +32,7 @@ CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
 SWIFTSHADER = Path("/usr/lib/chromium/vk_swiftshader_icd.json")
 ORBIT_VIEWS = 60  # more than the 42 that can be resident
 
+OTHERS = ("latlong", "dual_paraboloid", "gazing_ball")  # twice as wide; two faces; a frame of its own for each sample
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
     "home": {"samples": 16},
@@ -42,7 +45,14 @@ ARGUMENTS = {
     "distant-alone": {"samples": 4, "blend": False, "layers": ["distant"]},
     "infinite-sphere": {"samples": 4, "blend": False, "layers": ["distant"]},
     "far-round": {"samples": 4},  # many viewpoints: maps were evicted and fetched again on the way
+    **{name: {"samples": 4} for name in OTHERS},
+    "gazing_ball-multisampled": {"samples": 4, "multisampled": True, "exact": False},
 }
+
+
+def pem_folder(name):
+    """The PEM that a frame shows."""
+    return "orbit" if name == "far-round" else next((other for other in OTHERS if name.startswith(other)), "pem")
 
 
 def orbit_pem():
@@ -66,10 +76,19 @@ def session(tmp_path_factory):
     folder = tmp_path_factory.mktemp("viewer")
     save_pem(folder / "pem", small_pem())
     save_pem(folder / "orbit", orbit_pem())
-    with viewer_server(folder / "pem") as address, viewer_server(folder / "orbit") as orbit_address:
-        script = ROOT / "web/test/viewer.mjs"
+    for name in OTHERS:
+        save_pem(folder / name, small_pem(parameterization=PARAMETERIZATIONS[name]))
+    with ExitStack() as servers:
+        address, orbit_address, *others = (
+            servers.enter_context(viewer_server(folder / name)) for name in ("pem", "orbit", *OTHERS)
+        )
+        script, by_name = ROOT / "web/test/viewer.mjs", json.dumps(dict(zip(OTHERS, others, strict=True)))
         done = subprocess.run(
-            ["node", script, address, orbit_address, folder], capture_output=True, text=True, timeout=400, check=False
+            ["node", script, address, orbit_address, folder, by_name],
+            capture_output=True,
+            text=True,
+            timeout=400,
+            check=False,
         )
     assert done.returncode == 0, done.stderr
     return json.loads((folder / "seen.json").read_text()), folder
@@ -98,7 +117,7 @@ def drawn(session):
         name: {
             **seen["frames"][name],
             "arguments": arguments,
-            "pem": "orbit" if name == "far-round" else "pem",
+            "pem": pem_folder(name),
             "infinite": name == "infinite-sphere",
         }
         for name, arguments in ARGUMENTS.items()

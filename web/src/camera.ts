@@ -63,6 +63,12 @@ function frameOf(camera: Camera): { right: Vec3; up: Vec3; forward: Vec3 } {
   return { right, up: cross(right, forward), forward };
 }
 
+/** Rows of the rotation into the camera's frame: right, up and back. */
+export function viewFromWorld(camera: Camera): readonly [Vec3, Vec3, Vec3] {
+  const { right, up, forward } = frameOf(camera);
+  return [right, up, scale(forward, -1)];
+}
+
 export function rayBasis(camera: Camera): RayBasis {
   const { right, up, forward } = frameOf(camera);
   const half = Math.tan((camera.fovDeg * Math.PI) / 180 / 2);

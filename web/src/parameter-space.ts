@@ -17,6 +17,17 @@ function coordinate(axis: Axis, point: Point): number {
   return axis.name === AZIMUTH ? x + 360 * Math.round((0.5 * (first + last) - x) / 360) : x;
 }
 
+/** The coordinates of a sample. */
+export function pointOfSample(axes: readonly Axis[], sample: number): Point {
+  const point: Record<string, number> = {};
+  let rest = sample;
+  for (const { name, values } of [...axes].reverse()) {
+    point[name] = values[rest % values.length] as number;
+    rest = Math.floor(rest / values.length);
+  }
+  return point;
+}
+
 /** Multilinear weights of the samples around a point, all positive; their sum is 1. */
 export function blendWeights(axes: readonly Axis[], point: Point): Map<number, number> {
   let corners: { sample: number; weight: number }[] = [{ sample: 0, weight: 1 }];

@@ -3,6 +3,7 @@
 import type { Orbit } from "./camera";
 import type { Geometry } from "./geometry";
 import type { Axis } from "./parameter-space";
+import { isParameterization, type ParameterizationName } from "./parameterization";
 import { type Bounds, union, type Vec3 } from "./vectors";
 
 const EXTENSION = "REFLET_parameterized_environment_map";
@@ -14,6 +15,7 @@ export interface Layer {
   readonly kind: "distant" | "local";
   readonly parts: readonly number[];
   readonly size: number;
+  readonly parameterization: ParameterizationName;
   readonly geometry: Geometry;
 }
 
@@ -116,7 +118,7 @@ interface Extension {
     axes: Axis[];
     orbit: { target: number[]; azimuthDeg: number; elevationDeg: number; distance: number; fovDeg: number };
   };
-  layers: Layer[];
+  layers: (Omit<Layer, "parameterization"> & { parameterization?: string })[];
   samples: { maps: string[] }[];
   lodBias: number;
   sampleCount: number;
@@ -152,7 +154,7 @@ export async function openPem(address: string): Promise<Pem> {
     parts,
     axes: extension.parameterSpace.axes,
     orbit: { ...orbit, target: vec3(orbit.target) },
-    layers: extension.layers,
+    layers: extension.layers.map(readLayer),
     maps: extension.samples.map((sample) => sample.maps.map(resolve)),
     lodBias: extension.lodBias,
     sampleCount: extension.sampleCount,
@@ -246,6 +248,14 @@ async function readParts(gltf: Document, reflective: Set<number>, files: Files):
       };
     }),
   );
+}
+
+function readLayer(item: Extension["layers"][number]): Layer {
+  const { parameterization = "cube" } = item; // written since there are others
+  if (!isParameterization(parameterization)) {
+    throw new Error(`The maps of ${item.name} are ${parameterization} maps, which this viewer does not know.`);
+  }
+  return { ...item, parameterization };
 }
 
 function readMaterial(item: Document["materials"][number], textures: PemTexture[]): Material {

@@ -165,18 +165,18 @@ export class Playback {
     this.maps.wish(samplesByDistance(this.pem.axes, { ...this.point }));
     const full = this.fullSize();
     if (this.settings.view === "maps") {
-      const [slot] = this.maps.shown(new Map([[nearestSample(this.wanted()), 1]]), this.byDistance()).keys();
-      if (slot === undefined) return false;
+      const [nearest] = this.maps.shown(new Map([[nearestSample(this.wanted()), 1]]), this.byDistance());
+      if (nearest === undefined) return false;
       const screen = this.screen(full.width, full.height);
       const free = Math.max(1 - this.covered / this.canvas.clientWidth, 0.2) * full.width;
-      this.renderer.displayMap(screen, this.settings, this.settings.layer, slot, free, full.height);
+      this.renderer.displayMap(screen, this.settings, this.settings.layer, nearest.slot, free, full.height);
       this.listener.shown();
       return false;
     }
     const width = Math.ceil(full.width / this.coarseness);
     const height = Math.ceil(full.height / this.coarseness);
     const view = this.view(width, height);
-    if (view.blend.size === 0) return false; // nothing has arrived yet
+    if (view.blend.length === 0) return false; // nothing has arrived yet
     this.renderer.drawMultisampled(view);
     this.renderer.display(this.screen(width, height), this.settings);
     this.listener.shown();

@@ -1,11 +1,12 @@
-// Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER.
-// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints. Judging is tests/view/test_viewer.py's part.
+// Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER OTHERS.
+// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints, OTHERS (JSON: address by name) PEMs of other
+// parameterizations. Judging is tests/view/test_viewer.py's part.
 
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { withPage } from "./browser.mjs";
 
-const [address, orbitAddress, folder] = process.argv.slice(2);
+const [address, orbitAddress, folder, others] = process.argv.slice(2);
 const browser = { width: 480, height: 360, scale: 0.25 }; // few pixels on the screen: they are drawn by software
 const screen = [120, 90];
 const small = [64, 48];
@@ -90,6 +91,17 @@ await withPage(async (page) => {
   await keep("distant-alone", 4);
   await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite_sphere");
   await keep("infinite-sphere", 4);
+
+  // Other parameterizations, between two viewpoints; of the last the maps laid flat too.
+  for (const [name, where] of Object.entries(JSON.parse(others))) {
+    await page.goto(where);
+    await viewer((element) => element.ready);
+    await viewer((element) => {
+      element.viewpoint = { azimuth_deg: 61.25 };
+    });
+    await keep(name, 4);
+    if (name === "gazing_ball") await keep(`${name}-multisampled`, "multisampled");
+  }
 
   // Many viewpoints: all the way round, while maps come and go.
   await page.goto(orbitAddress);

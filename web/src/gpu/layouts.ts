@@ -2,7 +2,9 @@
 
 import { type Camera, clipFromWorld, pixelFromView, rayBasis } from "../camera";
 import { type Geometry, pack } from "../geometry";
+import { PARAMETERIZATIONS } from "../parameterization";
 import type { Layer, Part } from "../pem";
+import type { Vec3 } from "../vectors";
 
 /** What is shown of the reflection. */
 export interface Shown {
@@ -16,7 +18,7 @@ const SWITCHES: Record<keyof Shown, number> = { diffuse: 1, fresnel: 2, distant:
 
 export const TRIANGLE_ON_HULL = 1;
 export const LARGEST_BLEND = 8;
-export const FRAME_BYTES = 640;
+export const FRAME_BYTES = 1024;
 export const PART_BYTES = 176;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
@@ -29,11 +31,18 @@ const PATTERN = [
   [11, 23], [13, 29], [23, 7], [21, 13], [19, 19], [27, 1], [25, 17], [29, 27],
 ] as const; // biome-ignore format: a table
 
+/** A sample of the parameter space as a frame shows it. */
+export interface Blended {
+  readonly slot: number; // in the arrays of maps
+  readonly weight: number;
+  readonly mapFromWorld: readonly [Vec3, Vec3, Vec3]; // rows: the frame of its view-dependent maps
+}
+
 export function frameUniform(
   camera: Camera,
   sampleCount: number,
   lodBias: number,
-  blend: ReadonlyMap<number, number>,
+  blend: readonly Blended[],
   shown: Shown,
 ): ArrayBuffer {
   const data = new ArrayBuffer(FRAME_BYTES);
@@ -49,8 +58,13 @@ export function frameUniform(
   positions.forEach(([x, y], k) => {
     floats.set([x / 32, y / 32], 32 + 4 * k);
   });
-  [...blend].forEach(([slot, weight], k) => {
+  blend.forEach(({ slot, weight, mapFromWorld }, k) => {
     floats.set([weight, slot], 96 + 4 * k);
+    mapFromWorld.forEach((row, i) => {
+      row.forEach((value, column) => {
+        floats[160 + 12 * k + 4 * column + i] = value;
+      });
+    });
   });
   // What float32 rounds off stands 16 bytes a vector later on: the exact path reckons with both.
   const rest = (values: readonly number[]) => values.map((value) => value - Math.fround(value));
@@ -60,7 +74,7 @@ export function frameUniform(
     floats.set(rest(row), 148 + 4 * k);
   });
   const switches = (Object.keys(SWITCHES) as (keyof Shown)[]).filter((name) => shown[name]);
-  new Uint32Array(data).set([blend.size, switches.reduce((bits, name) => bits | SWITCHES[name], 0)], 128);
+  new Uint32Array(data).set([blend.length, switches.reduce((bits, name) => bits | SWITCHES[name], 0)], 128);
   return data;
 }
 
@@ -77,7 +91,11 @@ export function partUniform(part: Part, distant: BoundLayer | undefined, local: 
     [0, distant],
     [16, local],
   ] as const) {
-    if (bound) floats.set([...pack(bound.geometry), bound.layer.size, Math.log2(bound.layer.size)], at);
+    if (bound) {
+      const { size, parameterization } = bound.layer;
+      floats.set([...pack(bound.geometry), size, Math.log2(size)], at);
+      new Uint32Array(data)[at + 14] = PARAMETERIZATIONS[parameterization].kind;
+    }
   }
   const { material } = part;
   floats.set([...material.baseColor, material.metallic], 32);
@@ -119,12 +137,14 @@ export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
 export function partLayout(device: GPUDevice): GPUBindGroupLayout {
   const visibility = GPUShaderStage.FRAGMENT;
   const cubes: GPUTextureBindingLayout = { viewDimension: "cube-array" };
+  const maps: GPUTextureBindingLayout = { viewDimension: "2d-array" };
   return device.createBindGroupLayout({
     entries: [
       { binding: 0, visibility, buffer: {} },
       ...[1, 2, 3, 4].map((binding) => ({ binding, visibility, texture: {} })),
       ...[5, 6, 9].map((binding) => ({ binding, visibility, sampler: {} })),
       ...[7, 8].map((binding) => ({ binding, visibility, texture: cubes })),
+      ...[10, 11].map((binding) => ({ binding, visibility, texture: maps })),
     ],
   });
 }

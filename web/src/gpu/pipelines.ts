@@ -1,5 +1,7 @@
 // All pipelines, compiled once when the viewer opens.
 
+import { PARAMETERIZATIONS } from "../parameterization";
+import type { Layer } from "../pem";
 import { link } from "../shaders";
 
 const DEPTH: GPUTextureFormat = "depth32float";
@@ -18,11 +20,20 @@ export async function createPipelines(
   frame: GPUBindGroupLayout,
   part: GPUBindGroupLayout,
   screen: GPUTextureFormat,
+  layers: readonly Layer[],
 ): Promise<Pipelines> {
   const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
   const picture = module("picture");
   const backdrop = module("backdrop");
   const accumulate = module("accumulate");
+
+  // Code for other parameterizations than the layers' own costs nothing then.
+  const constants: Record<string, number> = {};
+  for (const kind of ["distant", "local"] as const) {
+    const names = new Set(layers.filter((layer) => layer.kind === kind).map((layer) => layer.parameterization));
+    const [name = "cube"] = names;
+    if (names.size <= 1) constants[`${kind.toUpperCase()}_PARAMETERIZATION`] = PARAMETERIZATIONS[name].kind;
+  }
 
   const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean) =>
     device.createRenderPipelineAsync({
@@ -35,6 +46,7 @@ export async function createPipelines(
         module: shader,
         entryPoint: `${name}_${!multi ? "single" : name === "picture" ? "multi_fast" : "multi"}`,
         targets: [{ format: multi ? "rgba16float" : "rgba32float" }],
+        ...(name === "picture" ? { constants } : {}),
       },
       multisample: { count: multi ? 4 : 1 },
       depthStencil: {

@@ -1,8 +1,9 @@
 // Draws a PEM: twin of reflet.render.renderer, with the screen added.
 
 import type { Camera } from "../camera";
-import type { Pem } from "../pem";
-import { frameUniform, type Shown } from "./layouts";
+import { PARAMETERIZATIONS } from "../parameterization";
+import type { Layer, Pem } from "../pem";
+import { type Blended, frameUniform, type Shown } from "./layouts";
 import { createPipelines, type Pipelines } from "./pipelines";
 import type { ResidentMaps } from "./resident-maps";
 import { SceneBuffers } from "./scene-buffers";
@@ -19,7 +20,7 @@ export interface Tone {
 /** What a frame shows: where from, which maps in which shares, which layers. */
 export interface View {
   readonly camera: Camera;
-  readonly blend: ReadonlyMap<number, number>;
+  readonly blend: readonly Blended[];
   readonly shown: Shown;
 }
 
@@ -41,7 +42,7 @@ export class Renderer {
 
   static async create(device: GPUDevice, pem: Pem, maps: ResidentMaps, screen: GPUTextureFormat): Promise<Renderer> {
     const scene = new SceneBuffers(device, pem, maps.arrays);
-    const pipelines = await createPipelines(device, scene.layouts.frame, scene.layouts.part, screen);
+    const pipelines = await createPipelines(device, scene.layouts.frame, scene.layouts.part, screen, pem.layers);
     return new Renderer(device, pem, maps, scene, pipelines);
   }
 
@@ -69,11 +70,13 @@ export class Renderer {
   /** Shows one layer's map in a slot, all faces and levels, as in [Hakura01, Figure 5]. */
   displayMap(screen: GPUTextureView, tone: Tone, layer: number, slot: number, width: number, height: number): void {
     const maps = this.maps.arrays[layer] as GPUTexture;
-    const faceSize = Math.min(width / 6.5, height / 2.5);
+    const { faceCount, aspect } = PARAMETERIZATIONS[(this.pem.layers[layer] as Layer).parameterization];
+    const across = faceCount * aspect;
+    const faceSize = Math.min(width / (across + 0.5), height / 2.5);
     const data = new ArrayBuffer(32);
-    const origin = [(width - 6 * faceSize) / 2, (height - 2 * faceSize) / 2].map(Math.round);
+    const origin = [(width - across * faceSize) / 2, (height - 2 * faceSize) / 2].map(Math.round);
     new Float32Array(data).set([...origin, faceSize, tone.exposure]);
-    new Uint32Array(data).set([TONE_CURVES.indexOf(tone.curve), slot, maps.mipLevelCount], 4);
+    new Uint32Array(data).set([TONE_CURVES.indexOf(tone.curve), slot, maps.mipLevelCount, faceCount], 4);
     this.fullScreen(screen, this.pipelines.mapView, data, maps.createView({ dimension: "2d-array" }));
   }
 

@@ -1,16 +1,20 @@
 // The maps that are on the device: a bounded set of the parameter space's samples, fetched as the view needs them.
 
-import { cubeLevels } from "../ktx2";
-import { fetchFile, type Pem } from "../pem";
-import { createCubeArray, writeCube } from "./textures";
+import { cameraAt, pointOf, viewFromWorld } from "../camera";
+import { mapLevels } from "../ktx2";
+import { pointOfSample } from "../parameter-space";
+import { mapBytes, PARAMETERIZATIONS } from "../parameterization";
+import { fetchFile, type Layer, type Pem } from "../pem";
+import type { Blended } from "./layouts";
+import { createMapArray, writeMap } from "./textures";
 
-const MOST_SLOTS = 42; // cubes in one cube array: WebGPU's default of 256 array layers
-const MAP_MEMORY = 256 * 2 ** 20; // bytes of all cube arrays
+const MOST_ARRAY_LAYERS = 256; // WebGPU's default: 42 cubes
+const MAP_MEMORY = 256 * 2 ** 20; // bytes of all arrays
 const AT_ONCE = 2; // samples on their way at the same time
 const AHEAD = 6; // samples wished for: those shown, and their nearest neighbours
 
 export class ResidentMaps {
-  /** One cube array a layer; a resident sample has the same slot in all of them. */
+  /** One array a layer; a resident sample has the same slot in all of them. */
   readonly arrays: readonly GPUTexture[];
   readonly slotCount: number;
   readonly bytes: number;
@@ -25,13 +29,14 @@ export class ResidentMaps {
     private readonly onArrival: (sample: number) => void,
     private readonly onFailure: (message: string) => void,
   ) {
-    // A cube of n² texels a face has 6·(4n² - 1)/3 texels of 8 bytes in all its levels.
-    const bytesPerSlot = pem.layers.reduce((sum, layer) => sum + 16 * (4 * layer.size ** 2 - 1), 0);
+    const bytesPerSlot = pem.layers.reduce((sum, layer) => sum + mapBytes(layer), 0);
+    const faces = pem.layers.map((layer) => PARAMETERIZATIONS[layer.parameterization].faceCount);
+    const most = Math.floor(MOST_ARRAY_LAYERS / Math.max(1, ...faces));
     const blended = 2 ** pem.axes.length;
     const affordable = Math.max(blended, Math.floor(MAP_MEMORY / Math.max(bytesPerSlot, 1)));
-    this.slotCount = Math.min(MOST_SLOTS, affordable, pem.maps.length);
+    this.slotCount = Math.min(most, affordable, pem.maps.length);
     this.bytes = this.slotCount * bytesPerSlot;
-    this.arrays = pem.layers.map((layer) => createCubeArray(device, layer.size, this.slotCount));
+    this.arrays = pem.layers.map((layer) => createMapArray(device, layer, this.slotCount));
   }
 
   get residentCount(): number {
@@ -54,19 +59,19 @@ export class ResidentMaps {
     this.fetchNext();
   }
 
-  /** Slots and weights of what can be shown now: the wanted samples where all are here, else the nearest that is. */
-  shown(wanted: ReadonlyMap<number, number>, byDistance: readonly number[]): Map<number, number> {
+  /** What can be shown now: the wanted samples with their weights where all are here, else the nearest that is. */
+  shown(wanted: ReadonlyMap<number, number>, byDistance: readonly number[]): Blended[] {
     const complete = [...wanted.keys()].every((sample) => this.slots.has(sample));
     const nearest = byDistance.find((sample) => this.slots.has(sample));
     const weights = complete ? wanted : new Map(nearest === undefined ? [] : [[nearest, 1]]);
-    return new Map(
-      [...weights].map(([sample, weight]) => {
-        const slot = this.slots.get(sample) as number;
-        this.slots.delete(sample); // and back in at the end: the most recently shown
-        this.slots.set(sample, slot);
-        return [slot, weight];
-      }),
-    );
+    return [...weights].map(([sample, weight]) => {
+      const slot = this.slots.get(sample) as number;
+      this.slots.delete(sample); // and back in at the end: the most recently shown
+      this.slots.set(sample, slot);
+      const { axes, orbit } = this.pem;
+      const point = { ...pointOf(orbit), ...pointOfSample(axes, sample) };
+      return { slot, weight, mapFromWorld: viewFromWorld(cameraAt(orbit, point, 1, 1)) };
+    });
   }
 
   private fetchNext(): void {
@@ -82,15 +87,15 @@ export class ResidentMaps {
     try {
       const files = this.pem.maps[sample] as readonly string[];
       const maps = await Promise.all(
-        this.pem.layers.map(async ({ size }, k) => {
+        this.pem.layers.map(async (layer, k) => {
           const file = await fetchFile(files[k] as string, controller.signal);
-          return cubeLevels(await file.arrayBuffer(), size, files[k] as string);
+          return mapLevels(await file.arrayBuffer(), layer, files[k] as string);
         }),
       );
       if (controller.signal.aborted) return;
       const slot = this.freeSlot();
       maps.forEach((levels, k) => {
-        writeCube(this.device, this.arrays[k] as GPUTexture, slot, levels);
+        writeMap(this.device, this.arrays[k] as GPUTexture, slot, this.pem.layers[k] as Layer, levels);
       });
       this.slots.set(sample, slot);
     } catch (error) {

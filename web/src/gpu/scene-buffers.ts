@@ -11,7 +11,7 @@ import {
   partUniform,
   TRIANGLE_ON_HULL,
 } from "./layouts";
-import { createCubeArray, createPicture, cubeArrayView, fillMipLevels, halfTexels } from "./textures";
+import { createMapArray, createPicture, fillMipLevels, halfTexels, mapArrayView } from "./textures";
 
 export class SceneBuffers {
   readonly frameUniform: GPUBuffer;
@@ -24,7 +24,7 @@ export class SceneBuffers {
   private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
   private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
 
-  /** `arrays` are the cube arrays of the PEM's layers. */
+  /** `arrays` are the maps of the PEM's layers. */
   constructor(
     private readonly device: GPUDevice,
     private readonly pem: Pem,
@@ -101,8 +101,14 @@ export class SceneBuffers {
   }
 
   private createPartGroups(arrays: readonly GPUTexture[]): GPUBindGroup[] {
-    const none = cubeArrayView(createCubeArray(this.device, 1, 1));
-    const views = arrays.map(cubeArrayView);
+    const none = createMapArray(this.device, { parameterization: "cube", size: 1 }, 1); // six layers: any view fits
+    // A layer's maps if they are cubes, or if they are not; else a map of one black texel.
+    const maps = (layer: number, cubes: boolean): GPUTextureView => {
+      const parameterization = this.pem.layers[layer]?.parameterization;
+      return parameterization !== undefined && (parameterization === "cube") === cubes
+        ? mapArrayView(arrays[layer] as GPUTexture, parameterization)
+        : none.createView({ dimension: cubes ? "cube-array" : "2d-array" });
+    };
     const sampler = (mode: GPUAddressMode) =>
       this.device.createSampler({
         ...{ addressModeU: mode, addressModeV: mode },
@@ -112,6 +118,7 @@ export class SceneBuffers {
     const clamping = sampler("clamp-to-edge");
     const samplerOf = (texture: PemTexture | undefined) => (texture?.clamp ? clamping : repeating);
     return this.pem.parts.map((part, number) => {
+      const [distant, local] = [this.layerOf(number, "distant"), this.layerOf(number, "local")];
       const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = part.material;
       const resources: GPUBindingResource[] = [
         { buffer: this.partUniforms[number] as GPUBuffer },
@@ -121,9 +128,11 @@ export class SceneBuffers {
         this.picture(emissionTexture, true),
         samplerOf(baseColorTexture),
         samplerOf(emissionTexture),
-        views[this.layerOf(number, "distant")] ?? none,
-        views[this.layerOf(number, "local")] ?? none,
+        maps(distant, true),
+        maps(local, true),
         clamping,
+        maps(distant, false),
+        maps(local, false),
       ];
       const entries = resources.map((resource, binding) => ({ binding, resource }));
       return this.device.createBindGroup({ layout: this.layouts.part, entries });

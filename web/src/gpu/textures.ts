@@ -1,5 +1,6 @@
 // Textures on the device: twin of reflet.render.textures.
 
+import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../parameterization";
 import { link } from "../shaders";
 
 const LARGEST_HALF = 65504;
@@ -55,29 +56,42 @@ export function createPicture(
   });
 }
 
-export function createCubeArray(device: GPUDevice, size: number, slots: number): GPUTexture {
+/** An array of maps with all mip levels, empty; each face of each slot is an array layer. */
+export function createMapArray(device: GPUDevice, shape: MapShape, slots: number): GPUTexture {
+  const { size } = shape;
+  const { aspect, faceCount } = PARAMETERIZATIONS[shape.parameterization];
   const largest = device.limits.maxTextureDimension2D;
-  if (size > largest)
-    throw new Error(`A map of ${size}² texels is larger than this device takes: at most ${largest}².`);
+  if (aspect * size > largest) {
+    throw new Error(`A map of ${aspect * size}×${size} texels is larger than this device takes: at most ${largest}².`);
+  }
   return device.createTexture({
-    size: [size, size, 6 * slots],
+    size: [aspect * size, size, faceCount * slots],
     format: "rgba16float",
-    mipLevelCount: Math.log2(size) + 1,
+    mipLevelCount: levelCount(shape),
     usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST,
   });
 }
 
-export const cubeArrayView = (texture: GPUTexture): GPUTextureView => texture.createView({ dimension: "cube-array" });
+/** The view that shaders look maps up in: cubes have a texture kind of their own. */
+export const mapArrayView = (texture: GPUTexture, parameterization: ParameterizationName): GPUTextureView =>
+  texture.createView({ dimension: parameterization === "cube" ? "cube-array" : "2d-array" });
 
-/** Writes a cube with all its mip levels into a slot of a cube array. */
-export function writeCube(device: GPUDevice, texture: GPUTexture, slot: number, levels: readonly Uint8Array[]): void {
+/** Writes a map with all its mip levels into a slot of an array. */
+export function writeMap(
+  device: GPUDevice,
+  texture: GPUTexture,
+  slot: number,
+  { parameterization, size }: MapShape,
+  levels: readonly Uint8Array[],
+): void {
+  const { aspect, faceCount } = PARAMETERIZATIONS[parameterization];
   levels.forEach((level, mipLevel) => {
-    const size = texture.width >> mipLevel;
+    const rows = size >> mipLevel;
     device.queue.writeTexture(
-      { texture, mipLevel, origin: [0, 0, 6 * slot] },
+      { texture, mipLevel, origin: [0, 0, faceCount * slot] },
       level as Uint8Array<ArrayBuffer>,
-      { bytesPerRow: 8 * size, rowsPerImage: size },
-      [size, size, 6],
+      { bytesPerRow: 8 * aspect * rows, rowsPerImage: rows },
+      [aspect * rows, rows, faceCount],
     );
   });
 }
