@@ -133,7 +133,7 @@ def test_lobes_narrower_than_texels_interpolate() -> None:
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
     for exponent in (300.0, 3000.0, 30000.0, 3000000.0):  # half heights at 5.5°, 1.7°, 0.6° and 0.05°; texels of 13°
         radiance = Prefilter(EnvImage(CUBE, texels)).radiance(PhongKernel(exponent), line)[:, 0]
-        # The texel's centre. The widest lobe, of a deviation σ of a quarter texel, leaves (1 - 0.8σ)² of the tent: 0.64.
+        # The texel itself; the widest lobe, of a deviation σ of a quarter texel, leaves (1 - 0.8σ)² of the tent: 0.64.
         assert radiance[50] > (1.6 if exponent < 1000.0 else 1.9)
         assert radiance[0] < 1.1  # its neighbours'
         # From texel to texel are 50 steps of 0.02, but for the sixteen cells that they go by.
