@@ -28,6 +28,16 @@ def _counts(distance, density):  # type: ignore[no-untyped-def]
     return int(min(max(ceil(density * distance - 0.25), 1.0), _MOST))
 
 
+@njit(cache=True, inline="always")
+def _turned_grid(i, j, count_u, count_v):  # type: ignore[no-untyped-def]
+    """Place of a sub-sample in its texel, in [0, 1]²: a grid turned a little, so that no two are in a row or column.
+
+    Summed over a grid of spacing h, a tent's weight is off by its spectrum sinc²(x)·sinc²(y) at the grid's frequencies,
+    most at (1/h, 0) and (0, 1/h). Turned off the axes, they lie where both factors are small.
+    """
+    return (j + (i + 0.5) / count_v) / count_u, (i + 1.0 - (j + 0.5) / count_u) / count_v
+
+
 @njit(cache=True, fastmath=True, inline="always")
 def _bilinear(texels, start, pitch, channels, x, y):  # type: ignore[no-untyped-def]
     """Channels of a padded face at (x, y), in texels from the top left corner; the fourth is 0 where there is none.
@@ -75,7 +85,8 @@ def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, d
     count = 0
     for i in range(count_v):
         for j in range(count_u):
-            u, v = (column + (j + 0.5) / count_u) * step_u, (row + (i + 0.5) / count_v) * step_v
+            along, below = _turned_grid(i, j, count_u, count_v)
+            u, v = (column + along) * step_u, (row + below) * step_v
             # Outside its disc the ball sees nothing: all of that is one direction, of no solid angle.
             if to_kind == GAZING_BALL and (u - 0.5) ** 2 + (v - 0.5) ** 2 > 0.25:
                 continue
@@ -178,29 +189,27 @@ def _whole_block(padded, on, fit, out, face, row, column, height, width, density
     pitch, texels = padded.shape[2] * source_channels, padded.ravel()
     start = on * padded.shape[1] * pitch
     scale = np.float32(1.0 / (count_u * count_v))
-    step = 1.0 / (count_u * width)
     for down in range(height):
         sums[:width] = 0.0
         for i in range(count_v):
-            t = (down + (i + 0.5) / count_v) / height
-            x0 = fit[0, 0, 0] + t * (fit[0, 0, 1] + t * fit[0, 0, 2])
-            x1 = fit[0, 1, 0] + t * (fit[0, 1, 1] + t * fit[0, 1, 2])
-            x2 = fit[0, 2, 0] + t * (fit[0, 2, 1] + t * fit[0, 2, 2])
-            y0 = fit[1, 0, 0] + t * (fit[1, 0, 1] + t * fit[1, 0, 2])
-            y1 = fit[1, 1, 0] + t * (fit[1, 1, 1] + t * fit[1, 1, 2])
-            y2 = fit[1, 2, 0] + t * (fit[1, 2, 1] + t * fit[1, 2, 2])
-            for c in range(width):
-                red = green = blue = alpha = np.float32(0.0)
-                for j in range(count_u):
-                    s = (c * count_u + j + 0.5) * step
+            for j in range(count_u):
+                along, below = _turned_grid(i, j, count_u, count_v)
+                t = (down + below) / height
+                x0 = fit[0, 0, 0] + t * (fit[0, 0, 1] + t * fit[0, 0, 2])
+                x1 = fit[0, 1, 0] + t * (fit[0, 1, 1] + t * fit[0, 1, 2])
+                x2 = fit[0, 2, 0] + t * (fit[0, 2, 1] + t * fit[0, 2, 2])
+                y0 = fit[1, 0, 0] + t * (fit[1, 0, 1] + t * fit[1, 0, 2])
+                y1 = fit[1, 1, 0] + t * (fit[1, 1, 1] + t * fit[1, 1, 2])
+                y2 = fit[1, 2, 0] + t * (fit[1, 2, 1] + t * fit[1, 2, 2])
+                for c in range(width):
+                    s = (c + along) / width
                     r, g, b, a = _bilinear(
                         texels, start, pitch, source_channels, x0 + s * (x1 + s * x2), y0 + s * (y1 + s * y2)
                     )
-                    red, green, blue, alpha = red + r, green + g, blue + b, alpha + a
-                sums[c, 0] += red
-                sums[c, 1] += green
-                sums[c, 2] += blue
-                sums[c, 3] += alpha
+                    sums[c, 0] += r
+                    sums[c, 1] += g
+                    sums[c, 2] += b
+                    sums[c, 3] += a
         for c in range(width):
             for k in range(channels):
                 out[face, row + down, column + c, k] = sums[c, k] * scale
@@ -263,9 +272,9 @@ def patch_means(padded, source_kind, directions, widths, out, density):  # type:
         count = _counts(widths[n] * sqrt(rate_at(source_kind, x, y, z)) * rows, density)
         red = green = blue = alpha = 0.0
         for i in range(count):
-            t = ((i + 0.5) / count - 0.5) * widths[n]
             for j in range(count):
-                s = ((j + 0.5) / count - 0.5) * widths[n]
+                s, t = _turned_grid(i, j, count, count)
+                s, t = (s - 0.5) * widths[n], (t - 0.5) * widths[n]
                 on, u, v = point_of(source_kind, x + s * sx + t * tx, y + s * sy + t * ty, z + s * sz + t * tz)
                 r, g, b_, al = _bilinear(texels, on * face_pitch, pitch, channels, u * columns, v * rows)
                 red, green, blue, alpha = red + r, green + g, blue + b_, alpha + al

@@ -20,7 +20,7 @@ from reflet.envmap.mip_reduction import halved
 from reflet.envmap.padding import continued, outside_disc, padded
 from reflet.envmap.parameterization import NONE, Directions, Faces, Parameterization
 
-_DENSITY = 2.0  # sub-samples per source texel and axis
+_DENSITY = 2.25  # sub-samples per source texel and axis
 _WIDEST = 4.0  # source texels across a footprint: from here on the source is halved first
 _CEILING = 8.0  # times the mean radiance, at the least
 _CEILING_SHARE = 1e-4  # of all light: no texel of average solid angle below the ceiling holds more, but for the above
