@@ -1,13 +1,15 @@
 """Small scenes and PEMs for the renderer's tests, made by hand."""
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
-from reflet.envmap.cube import direction_from_face
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterization import Parameterization
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
@@ -56,21 +58,18 @@ def mesh(positions: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> M
     return Mesh(positions.astype(np.float32), normals.astype(np.float32), triangles.astype(np.uint32))
 
 
-def texel_directions(chain: MipChain) -> np.ndarray:
-    """Directions (not unit) of all texels' centres, (texels, 3)."""
-    out = []
-    for size in chain.level_sizes:
-        centre = (2 * np.arange(size) + 1) / size - 1
-        face, t, s = np.meshgrid(np.arange(6), centre, centre, indexing="ij")
-        out.append(direction_from_face(face, s, t).reshape(-1, 3))
-    return np.concatenate(out)
-
-
-def analytic_map(size: int, radiance: Callable[[np.ndarray], np.ndarray], geometry: Geometry) -> EnvMap:
-    """Texels are ``radiance`` of the unit directions of their centres."""
-    chain = MipChain(size)
-    d = texel_directions(chain)
-    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+def analytic_map(
+    size: int,
+    radiance: Callable[[np.ndarray], np.ndarray],
+    geometry: Geometry,
+    parameterization: Parameterization = CUBE,
+    map_from_world: np.ndarray | None = None,
+) -> EnvMap:
+    """Texels are ``radiance`` of the unit directions of their centres, in the world."""
+    chain = MipChain(size, parameterization)
+    d = np.concatenate([parameterization.texel_directions(n)[0].reshape(-1, 3) for n in chain.level_sizes])
+    if map_from_world is not None:
+        d = d @ map_from_world
     return EnvMap(chain, np.asarray(radiance(d), np.float32), geometry)
 
 
@@ -103,10 +102,10 @@ def pem_of(
 ) -> ParameterizedEnvironmentMap:
     """One distant map and, if given, one local map for all reflective parts; samples lie 2° apart from azimuth 60°."""
     parts = scene.objects[0].parts
-    layers = [Layer("distant", "distant", parts, distant[0].geometry, distant[0].chain.size)]
+    layers = [_layer("distant", parts, distant[0])]
     maps = [(each,) for each in distant]
     if local is not None:
-        layers.append(Layer("local", "local", parts, local[0].geometry, local[0].chain.size))
+        layers.append(_layer("local", parts, local[0]))
         maps = list(zip(distant, local, strict=True))
     count = scene.triangle_offsets[-1]
     if irradiance is None:
@@ -123,6 +122,10 @@ def pem_of(
         lod_bias=lod_bias,
         sample_count=sample_count,
     )
+
+
+def _layer(kind: Literal["distant", "local"], parts: tuple[int, ...], env_map: EnvMap) -> Layer:
+    return Layer(kind, kind, parts, env_map.geometry, env_map.chain.size, env_map.chain.parameterization)
 
 
 def mirror_torus_pem(size: int = 32, samples: int = 1, image_size: int = 64, **options) -> ParameterizedEnvironmentMap:  # type: ignore[no-untyped-def]
