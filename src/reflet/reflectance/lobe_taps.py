@@ -1,0 +1,104 @@
+"""Lobes as few taps from a smooth pyramid: what a GPU reads a texel when it prefilters a cube in every frame.
+
+A tap is a lookup of the pyramid in some direction, on a level whose texels are as wide as the tap is to be blurred. So
+a lobe is made of a few blurs: one in its middle, and rings around it. Averaged over the azimuth, a ring at angle t of
+blurs of standard deviation σ (per axis) has the density of von Mises and Fisher, convolved with a circle:
+
+    g(θ) = c·exp((cos θ·cos t - 1)/σ²)·I₀(sin θ·sin t/σ²),    c = 1/(2πσ²·(1 - exp(-2/σ²))).
+
+We choose rings, blurs and weights so that the lobes' distance ∫ |Σ w·g - k| dω is least: an upper bound of the
+relative L1 error of what is filtered. Weights come from least squares with none below zero, reweighted to approach
+that distance; rings and blurs from a search over them. Manson and Sloan [Manson16] fit taps for all places on a cube's
+face and tabulate polynomials. We read a pyramid whose texels are nearly of one size instead (`probe_filter.wgsl`): a
+lobe's taps are the same everywhere, and any kernel's are found in some tenths of a second.
+
+Blurs are kept narrower than the lobe, for a level's texels are no true blurs, but depend on how they lie to the tap.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize, nnls
+from scipy.special import i0e
+
+from reflet.reflectance.kernel import Kernel
+
+RINGS, PER_RING = 3, 12
+_LEAST_BLUR = 0.28  # of a ring's angle: twelve blurs half a step wide join to a ring
+_MOST_BLUR = 0.45  # of a ring's angle, or the lobe's half width at half height
+_WIDEST_BLUR = 0.28  # radians: some three texels to a right angle; texels as wide as that still are of one size
+_EDGE = np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 160)]) * np.pi
+_ANGLE = np.concatenate([[0.6 * _EDGE[1]], np.sqrt(_EDGE[1:-1] * _EDGE[2:])])  # radians; each stands for its bin
+_SOLID_ANGLE = -2.0 * np.pi * np.diff(np.cos(_EDGE))
+
+
+@dataclass(frozen=True)
+class LobeTaps:
+    """Unit directions around +z, standard deviations per axis in radians, and weights whose sum is 1."""
+
+    direction: Float[np.ndarray, "taps 3"]
+    blur: Float[np.ndarray, "taps"]
+    weight: Float[np.ndarray, "taps"]
+
+
+def lobe_taps(kernel: Kernel) -> LobeTaps:
+    """Taps for a kernel that falls off from its middle: at most 1 + RINGS·PER_RING of them.
+
+    Takes some tenths of a second.
+    """
+    density = kernel.density(np.sin(0.5 * _ANGLE) ** 2)
+    density = density / np.sum(density * _SOLID_ANGLE)
+    half_width = float(_ANGLE[density >= 0.5 * density.max()].max())
+
+    def rings(free: Float[np.ndarray, "free"]) -> tuple[np.ndarray, np.ndarray]:
+        angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[:RINGS])), 3.0)])
+        most = np.minimum(_WIDEST_BLUR, np.maximum(_MOST_BLUR * angle, _MOST_BLUR * half_width))
+        return angle, np.clip(np.exp(free[RINGS:]), np.minimum(_LEAST_BLUR * angle, most), most)
+
+    def distance(free: Float[np.ndarray, "free"]) -> float:
+        return _weights(density, *rings(free))[1]
+
+    shares = np.cumsum(density * _SOLID_ANGLE)
+    start = np.interp(np.arange(1, RINGS + 1) / (RINGS + 1), shares, _ANGLE)
+    free = np.log(np.concatenate([np.diff(start, prepend=0.0) + 1e-4, [0.5 * start[0]], _MOST_BLUR * start]))
+    found = minimize(distance, free, method="Nelder-Mead", options={"maxfev": 1000, "xatol": 1e-2, "fatol": 1e-4})
+    angle, blur = rings(found.x)
+    return _taps(angle, blur, _weights(density, angle, blur)[0])
+
+
+def _weights(
+    density: Float[np.ndarray, "angles"], ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"]
+) -> tuple[Float[np.ndarray, "rings"], float]:
+    """The rings' weights, with sum 1, and the distance that is left."""
+    rings = _ring_density(ring, blur)
+    importance = np.sqrt(_SOLID_ANGLE / (1e-2 * density + 1e-4))
+    for _ in range(3):
+        weight, _ = nnls(rings * importance[:, None], density * importance)
+        apart = np.abs(rings @ weight - density)
+        importance = np.sqrt(_SOLID_ANGLE / (apart + 1e-2 * density + 1e-4))
+    weight = weight / weight.sum()
+    return weight, float(np.sum(np.abs(rings @ weight - density) * _SOLID_ANGLE))
+
+
+def _ring_density(
+    ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"]
+) -> Float[np.ndarray, "angles rings"]:
+    """g of the module."""
+    sharpness = 1.0 / np.square(blur)
+    along = sharpness * np.sin(_ANGLE)[:, None] * np.sin(ring)
+    across = sharpness * (np.cos(_ANGLE)[:, None] * np.cos(ring) - 1.0)
+    scale = sharpness / (-2.0 * np.pi * np.expm1(-2.0 * sharpness))
+    return np.asarray(scale * np.exp(across + along) * i0e(along))  # i0e is I₀ times exp(-along)
+
+
+def _taps(
+    ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"], weight: Float[np.ndarray, "rings"]
+) -> LobeTaps:
+    """Every other ring is turned by half a step."""
+    count = np.where(weight > 0.0, np.where(ring == 0.0, 1, PER_RING), 0)
+    of = np.repeat(np.arange(len(ring)), count)
+    step = np.concatenate([np.arange(each) for each in count]) + 0.5 * (of % 2)
+    phi, theta = 2.0 * np.pi * step / PER_RING, ring[of]
+    direction = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+    return LobeTaps(direction, blur[of], weight[of] / count[of])

@@ -1,0 +1,122 @@
+#import parameterization
+
+// Programs: a cube filtered with radially symmetric lobes, every frame, by few taps a texel from a smooth pyramid
+// (reflet.reflectance.lobe_taps, which says what the taps are). The pyramid is a cube whose texels stand at equal angles on
+// each face: nearly of one size, so that one lobe serves everywhere. It holds radiance, and in alpha the solid angle that
+// it stands for: the product is flux, of which none is lost or made on the way to coarser levels. Draw three vertices into
+// a face, instance = face.
+//
+//   bind group 0   first_level, mirrored   0 texture_cube<f32>: the cube that comes   1 filtering sampler
+//                  next_level    2 texture_2d_array<f32>: the level above alone
+//                  prefiltered   0 texture_cube<f32>: the pyramid   1 filtering sampler   3 uniform Taps
+
+override SIZE: f32 = 1.0;  // rows of what is drawn
+
+const MOST_TAPS = 64;
+
+struct Tap {
+  direction: vec3f,  // around +z
+  lod: f32,  // in a face's middle
+  weight: f32,
+}
+
+struct Taps {
+  count: u32,
+  taps: array<Tap, MOST_TAPS>,
+}
+
+@group(0) @binding(0) var cube: texture_cube<f32>;
+@group(0) @binding(1) var cube_sampler: sampler;
+@group(0) @binding(2) var finer: texture_2d_array<f32>;
+@group(0) @binding(3) var<uniform> lobe: Taps;
+
+struct Place {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat, either) face: u32,
+}
+
+@vertex
+fn vertex_face(@builtin(vertex_index) vertex: u32, @builtin(instance_index) face: u32) -> Place {
+  return Place(vec4f(vec2f(f32(vertex & 1u), f32(vertex >> 1u)) * 4.0 - 1.0, 0.0, 1.0), face);
+}
+
+// To the nearest half float: some drivers cut off what they store, which would darken level after level.
+fn rounded(value: vec4f) -> vec4f {
+  let bits = (bitcast<vec4u>(clamp(value, vec4f(0.0), vec4f(65504.0))) + 0x1000u) & vec4u(0xffffe000u);
+  return bitcast<vec4f>(bits);
+}
+
+// Flux, and solid angle in alpha, of radiance and solid angle; and back.
+fn flux(texel: vec4f) -> vec4f {
+  return texel.a * vec4f(texel.rgb, 1.0);
+}
+
+fn mean(sum: vec4f) -> vec4f {
+  return rounded(vec4f(sum.rgb / sum.a, sum.a));
+}
+
+// Solid angle of a texel of the pyramid around (s, t) of a face, as a share of that in its middle.
+fn solid_angle(st: vec2f) -> f32 {
+  let square = 1.0 + dot(st, st);
+  return (1.0 + st.x * st.x) * (1.0 + st.y * st.y) * inverseSqrt(square) / square;
+}
+
+// What comes, in texels of the pyramid: the mean of four lookups, as those at the edges are 1.6 times as wide as a cube's.
+@fragment
+fn first_level(in: Place) -> @location(0) vec4f {
+  let lod = max(log2(f32(textureDimensions(cube).y) / SIZE), 0.0);
+  var sum = vec4f(0.0);
+  for (var k = 0; k < 4; k++) {
+    let place = in.position.xy + 0.5 * vec2f(vec2i(k & 1, k >> 1u)) - 0.25;
+    let st = tan(0.25 * MAP_PI * (2.0 * place / SIZE - 1.0));
+    let d = from_cube_face(in.face, vec3f(st, 1.0));
+    sum += 0.25 * solid_angle(st) * vec4f(textureSampleLevel(cube, cube_sampler, d, lod).rgb, 1.0);
+  }
+  return mean(sum);
+}
+
+// The next level: 1 3 3 1, the refinement of quadratic B-splines, on both axes and over the faces' edges. Each texel is
+// shared out among the four nearest of the coarser level; a corner's keeps the share of the neighbour that it lacks.
+@fragment
+fn next_level(in: Place) -> @location(0) vec4f {
+  let size = i32(textureDimensions(finer).y);
+  let corner = 2 * vec2i(in.position.xy) - 1;
+  var sum = vec4f(0.0);
+  for (var row = 0; row < 4; row++) {
+    for (var column = 0; column < 4; column++) {
+      let texel = corner + vec2i(column, row);
+      let at = across_seams(CUBE, i32(in.face), texel, size);
+      let share = vec2f(select(1.0, 3.0, column == 1 || column == 2), select(1.0, 3.0, row == 1 || row == 2)) / 8.0;
+      sum += share.x * share.y * flux(textureLoad(finer, at.xy, select(at.z, i32(in.face), at.z < 0), 0));
+    }
+  }
+  return mean(sum);
+}
+
+// Level 0 of what is filtered: what comes.
+@fragment
+fn mirrored(in: Place) -> @location(0) vec4f {
+  let lod = max(log2(f32(textureDimensions(cube).y) / SIZE), 0.0);
+  let d = map_direction(CUBE, in.face, in.position.xy / SIZE);
+  return rounded(textureSampleLevel(cube, cube_sampler, d, lod));
+}
+
+// The mean of taps around the texel's direction.
+@fragment
+fn prefiltered(in: Place) -> @location(0) vec4f {
+  let r = map_direction(CUBE, in.face, in.position.xy / SIZE);
+  let across = from_cube_face(in.face, vec3f(1.0, 0.0, 0.0));
+  let right = normalize(across - dot(across, r) * r);
+  let down = cross(r, right);
+  var sum = vec4f(0.0);
+  for (var k = 0u; k < lobe.count; k++) {
+    let tap = lobe.taps[k];
+    let d = tap.direction.x * right + tap.direction.y * down + tap.direction.z * r;
+    let face = cube_face(d);
+    let q = in_cube_face(face, d);
+    let st = q.xy / q.z;
+    let place = from_cube_face(face, vec3f(4.0 / MAP_PI * atan(st), 1.0));
+    sum += tap.weight / solid_angle(st) * flux(textureSampleLevel(cube, cube_sampler, place, tap.lod));
+  }
+  return vec4f(mean(sum).rgb, 1.0);
+}

@@ -1,0 +1,45 @@
+"""Lobes as few taps."""
+
+import numpy as np
+import pytest
+
+from reflet.reflectance.ggx import GgxKernel
+from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.lambert import DiffuseKernel
+from reflet.reflectance.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps
+from reflet.reflectance.phong import PhongKernel
+
+
+def density(taps: LobeTaps, direction: np.ndarray) -> np.ndarray:
+    """Of true blurs, von Mises and Fisher's, around the taps."""
+    sharpness = 1.0 / taps.blur**2
+    scale = taps.weight * sharpness / (-2.0 * np.pi * np.expm1(-2.0 * sharpness))
+    return np.exp(sharpness * (direction @ taps.direction.T - 1.0)) @ scale
+
+
+# The distances that are left, rounded up. Tails of narrow lobes of GGX, which reach over decades of angles, cost most.
+@pytest.mark.parametrize(
+    ("kernel", "most"),
+    [
+        (PhongKernel(10.0), 0.01),
+        (PhongKernel(400.0), 0.01),
+        (GgxKernel(0.04), 0.1),
+        (GgxKernel(0.25), 0.03),
+        (GgxKernel(1.0), 0.05),
+        (DiffuseKernel(), 0.05),
+    ],
+    ids=str,
+)
+def test_blurs_add_up_to_the_lobe(kernel: Kernel, most: float) -> None:
+    taps = lobe_taps(kernel)
+    assert len(taps.weight) <= 1 + RINGS * PER_RING
+    assert taps.weight.min() > 0.0
+    assert taps.weight.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(np.linalg.norm(taps.direction, axis=-1), 1.0)
+    # A polar grid, fine towards the middle: θ = π·x², midpoints.
+    x = (np.arange(400) + 0.5) / 400
+    theta, phi = np.meshgrid(np.pi * x * x, 2.0 * np.pi * np.arange(24) / 24, indexing="ij")
+    solid_angle = np.sin(theta) * (2.0 * np.pi * x / 400)[:, None] * (2.0 * np.pi / 24)
+    direction = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+    distance = np.abs(density(taps, direction) - kernel.density(np.sin(0.5 * theta) ** 2)) * solid_angle
+    assert distance.sum() < most + 0.02  # a ring's ripple over the azimuth adds some hundredths

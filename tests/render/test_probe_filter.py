@@ -1,0 +1,120 @@
+"""Prefiltering of cubes on the device by taps from a pyramid."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from map_scenes import analytic_levels, linear
+
+from reflet.envmap.cube import CUBE
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.latlong import LatLong
+from reflet.errors import RefletError
+from reflet.reflectance.ggx import GgxKernel
+from reflet.reflectance.ggx_levels import LINEAR
+from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.phong import PhongKernel
+from reflet.reflectance.quadrature import filtered_reference
+from reflet.render.device import shared_device
+from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
+from reflet.render.probe_filter import ProbeFilter, ggx_kernels
+
+SIZE = 64
+KERNELS = (GgxKernel(0.1), GgxKernel(0.5), PhongKernel(30.0))
+
+
+@cache
+def probe_filter() -> ProbeFilter:
+    """One for all tests."""
+    return ProbeFilter(shared_device(), SIZE, KERNELS)
+
+
+def refiltered(finest: EnvImage) -> EnvMapTexture:
+    """A cube of 64 rows, filtered; the same texture every time."""
+    encoder = shared_device().create_command_encoder()
+    half = EnvImage(CUBE, finest.texels.astype(np.float16))
+    env_map = probe_filter().refilter(encoder, upload_env_map(shared_device(), [half]))
+    shared_device().queue.submit([encoder.finish()])
+    return env_map
+
+
+def error(env_map: EnvMapTexture, level: int, finest: EnvImage, kernel: Kernel) -> float:
+    """Mean over directions of what some texels are off, as a share of the mean of what they should hold."""
+    size = SIZE >> level
+    some = np.random.default_rng(3).permutation(6 * size * size)[:300]
+    expected = filtered_reference(finest, kernel, CUBE.texel_directions(size)[0].reshape(-1, 3)[some])
+    weight = CUBE.texel_solid_angle(size).reshape(-1, 1)[some]
+    texels = env_map.read(level).texels.reshape(-1, 4)[some, :3].astype(float)
+    return float(np.sum(weight * np.abs(texels - expected)) / np.sum(weight * expected))
+
+
+def test_white_furnace() -> None:
+    for radiance in (1.0, 0.699707):  # a half float too
+        env_map = refiltered(EnvImage(CUBE, np.full((6, SIZE, SIZE, 3), radiance, np.float32)))
+        for level in range(4):
+            texels = env_map.read(level).texels[..., :3].astype(float)
+            # The very half float that came: it is the mean of itself to float32's rounding, far below half a step.
+            np.testing.assert_allclose(texels, radiance, rtol=1e-6)
+
+
+def test_level_0_is_a_mirror() -> None:
+    finest = analytic_levels(CUBE, SIZE, linear, np.float16)[0]
+    # One half float lower here and there: lookups at texels' centres, to float32's rounding of the coordinate.
+    np.testing.assert_allclose(refiltered(finest).read().texels[..., :3], finest.texels, rtol=1e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_slope_keeps_what_the_lobe_leaves_of_it(axis: int) -> None:
+    finest = analytic_levels(CUBE, SIZE, lambda direction: 1.0 + 0.5 * np.repeat(direction[..., axis, None], 3, -1))[0]
+    env_map = refiltered(finest)
+    direction = CUBE.texel_directions(SIZE >> 3)[0]
+    expected = 1.0 + 0.5 * 31.0 / 32.0 * direction[..., axis]  # (N + 1)/(N + 2)
+    # Half a hundredth: blurs that are wider or narrower than they should be by a tenth change 31/32 by 0.004.
+    assert np.abs(env_map.read(3).texels[..., 0] - expected).max() < 5e-3
+
+
+def lamps(direction: np.ndarray) -> np.ndarray:
+    """Lamps some 10° wide: amid a face, on an edge, at a corner."""
+    axes = np.array([[0.1, 0.2, 1.0], [1.0, 0.1, 1.0], [-1.0, -1.0, -1.0]])
+    axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
+    colours = np.array([[8.0, 2.0, 1.0], [1.0, 6.0, 2.0], [2.0, 1.0, 9.0]])
+    return 0.3 + 0.2 * direction[..., 1:2] + np.exp(150.0 * (direction @ axes.T - 1.0)) @ colours
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_against_brute_force(level: int) -> None:
+    finest = analytic_levels(CUBE, SIZE, lamps)[0]
+    # What 37 taps leave; 32 importance samples leave 0.08 to 0.2 (benchmarks/gpu_prefilter_time.py).
+    assert error(refiltered(finest), level, finest, KERNELS[level - 1]) < 0.04
+
+
+def test_a_sun_keeps_its_light_wherever_it_is() -> None:
+    for row, column in [(32, 32), (33, 61), (63, 62), (50, 49)]:
+        texels = np.zeros((6, SIZE, SIZE, 3), np.float32)
+        texels[4, row - 1 : row + 1, column - 1 : column + 1] = 500.0
+        finest = EnvImage(CUBE, texels)
+        env_map = refiltered(finest)
+        light = float((texels * CUBE.texel_solid_angle(SIZE)[..., None]).sum())
+        kept = env_map.read(2).texels[..., :3].astype(float) * CUBE.texel_solid_angle(SIZE >> 2)[..., None]
+        # Texels of the pyramid sample the cube's at four points: a sun of four texels is caught within some hundredths.
+        assert kept.sum() == pytest.approx(light, rel=0.06)
+
+
+def test_levels_are_those_of_the_roughness_scale() -> None:
+    kernels = ggx_kernels(128)
+    assert len(kernels) == 3
+    assert kernels[-1] == GgxKernel(1.0)
+    for level, kernel in enumerate(kernels, start=1):
+        assert isinstance(kernel, GgxKernel)
+        assert LINEAR.lod_from_roughness(np.sqrt(kernel.alpha), 4) == pytest.approx(level)
+
+
+def test_refusals() -> None:
+    with pytest.raises(RefletError, match="power of two"):
+        ProbeFilter(shared_device(), 48)
+    with pytest.raises(RefletError, match="filtered levels"):
+        ProbeFilter(shared_device(), 64, [])
+    encoder = shared_device().create_command_encoder()
+    latlong = upload_env_map(shared_device(), analytic_levels(LatLong(), 16))
+    with pytest.raises(RefletError, match="warp it to a cube"):
+        ProbeFilter(shared_device(), 16, [PhongKernel(10.0)]).refilter(encoder, latlong)
