@@ -15,7 +15,7 @@ from reflet.render.textures import check_size
 
 FULL, HALF = "rgba32float", "rgba16float"
 _UNIFORM = np.dtype(
-    [("map_from_world", "f4", (3, 4)), ("size", "f4"), ("max_lod", "f4"), ("lod_bias", "f4"), ("padding", "f4")]
+    [("map_from_world", "f4", (3, 4)), ("size", "f4"), ("max_lod", "f4"), ("lod_bias", "f4"), ("roughness", "f4")]
 )
 
 
@@ -115,12 +115,16 @@ def env_map_group(
     env_map: EnvMapTexture,
     map_from_world: Float[np.ndarray, "3 3"] | None = None,
     lod_bias: float = 0.0,
+    roughness: float | None = None,
 ) -> wgpu.GPUBindGroup:
-    """Bind group 1 of a map that is turned: ``map_from_world``, a rotation, by default none."""
+    """Bind group 1 of a map that is turned: ``map_from_world``, a rotation, by default none.
+
+    ``roughness`` is the perceptual_roughness of lookups in a map whose levels are filtered for it (`ggx_levels`).
+    """
     uniform = np.zeros((), _UNIFORM)
     uniform["map_from_world"][:, :3] = np.eye(3) if map_from_world is None else np.transpose(map_from_world)
     uniform["size"], uniform["max_lod"] = env_map.size, env_map.texture.mip_level_count - 1
-    uniform["lod_bias"] = lod_bias
+    uniform["lod_bias"], uniform["roughness"] = lod_bias, -1.0 if roughness is None else roughness
     cube = env_map if env_map.by_hardware else create_env_map(device, CUBE, 1, 1, HALF)
     resources = [
         {"buffer": device.create_buffer_with_data(data=uniform.tobytes(), usage=wgpu.BufferUsage.UNIFORM)},

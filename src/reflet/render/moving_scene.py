@@ -7,10 +7,12 @@ from jaxtyping import Float, Float32
 from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin
+from reflet.reflectance.material import Mirror
 from reflet.render.capture import EnvironmentCapture, Method, upload_environment
 from reflet.render.device import shared_device
 from reflet.render.device_mesh import DeviceMesh, Picture
-from reflet.render.env_map_renderer import mirror_programs, view_frame
+from reflet.render.env_map_renderer import view_frame
+from reflet.render.material_programs import material_programs
 from reflet.render.matte_scene import MatteScene
 from reflet.render.views import Views, camera_view
 from reflet.scene.camera import Camera
@@ -41,10 +43,12 @@ class MovingSceneRenderer:
             raise RefletError("Nothing in this scene mirrors; make a part reflective.")
         self.capture = EnvironmentCapture(self.device, scene, size, method, to, light)
         self._follows_view = to is not None and to.is_view_dependent
-        self._programs = mirror_programs(self.device, Picture.FORMAT)
+        self._programs = material_programs(self.device, Picture.FORMAT)
         self._matte = MatteScene(self.device, scene, light, self._programs.view_layout)
         self._meshes = {i: DeviceMesh(self.device, scene.parts[i].mesh) for i in self._mirrors}
-        self._materials = {i: self._programs.material_group(scene.parts[i].material.base_color) for i in self._mirrors}
+        self._materials = {
+            i: self._programs.material(Mirror(scene.parts[i].material.base_color)) for i in self._mirrors
+        }
         self._views = Views(self.device, self._programs.view_layout, 1, len(scene.parts))
         self._environment = upload_environment(self.device, scene)
         self._centres = {i: em_origin(scene, (i,)) for i in self._mirrors}
@@ -66,8 +70,7 @@ class MovingSceneRenderer:
         self._matte.draw(render_pass, self._others, Picture.FORMAT)
         for i in self._mirrors:
             render_pass.set_bind_group(1, mirrored)
-            render_pass.set_bind_group(2, self._materials[i])
-            self._programs.draw(render_pass, env_map, self._meshes[i], i)
+            self._programs.draw(render_pass, env_map, self._materials[i], self._meshes[i], i)
         if self._environment is not None:
             render_pass.set_bind_group(1, self._programs.map_group(self._environment))
             self._programs.draw_backdrop(render_pass, self._environment)

@@ -13,7 +13,7 @@ struct EnvMap {
   size: f32,                // rows of a face at level 0
   max_lod: f32,
   lod_bias: f32,
-  padding: f32,
+  roughness: f32,           // perceptual_roughness of lookups in maps whose levels are filtered for it; -1 in others
 }
 
 // The map's parameterization, and whether binding 2 serves.
@@ -25,11 +25,25 @@ override BY_HARDWARE: bool = false;
 @group(1) @binding(2) var cube: texture_cube<f32>;
 @group(1) @binding(3) var cube_sampler: sampler;
 
+// perceptual_roughness of a lobe widened by a pixel's footprint (twin of reflet.reflectance.material_maps).
+fn roughness_over(perceptual_roughness: f32, d: vec3f, dx: vec3f, dy: vec3f) -> f32 {
+  let n = normalize(d);
+  let right = normalize(dx) - n;
+  let down = normalize(dy) - n;
+  let square = perceptual_roughness * perceptual_roughness;
+  return min(sqrt(sqrt(square * square + max(dot(right, right), dot(down, down)) / 24.0)), 1.0);
+}
+
 // What the map holds in a direction of the world, where the neighbouring pixels look up dx and dy. All of any length.
 fn env_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
   let rotation = env_map.map_from_world;
   let at = rotation * d;
-  let lod = map_lod(KIND, at, rotation * dx, rotation * dy, env_map.size, env_map.lod_bias, env_map.max_lod);
+  var lod = 0.0;
+  if (env_map.roughness < 0.0) {
+    lod = map_lod(KIND, at, rotation * dx, rotation * dy, env_map.size, env_map.lod_bias, env_map.max_lod);
+  } else {
+    lod = roughness_over(env_map.roughness, d, dx, dy) * env_map.max_lod;
+  }
   if (BY_HARDWARE) {
     return textureSampleLevel(cube, cube_sampler, at, lod);
   }

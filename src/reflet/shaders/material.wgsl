@@ -1,12 +1,74 @@
-// Bind group 2 of `mirror_picture`: what a surface makes of the radiance that reaches it.
+#import fresnel
+#import bilinear
+#import env_map
+
+// Bind group 2 of `material_picture`: what a surface makes of the radiance that reaches it. Twin: reflet.reflectance.material;
+// the host's side is `reflet.render.device_material`.
+//
+//   binding  resource                     stages     contents
+//   0        uniform Material, 80 bytes   fragment
+//   1        texture_2d_array<f32>        fragment   the diffuse map, turned as the env map is
+//   2        texture_2d<f32>              fragment   A and B of the split sum: columns by n·v, rows by perceptual_roughness
 
 struct Material {
-  reflectance: vec3f,  // of a mirror, the same at all angles
+  specular: vec3f,  // a mirror's reflectance, Phong's specular share, GGX's f0, a metal's n
+  kind: u32,        // MATERIAL_*
+  diffuse: vec3f,   // albedo
+  index: f32,       // of refraction
+  k: vec3f,         // of a metal
+  perceptual_roughness: f32,
 }
 
+const MATERIAL_MIRROR = 0u;
+const MATERIAL_DIELECTRIC = 1u;
+const MATERIAL_DIELECTRIC_OVER_DIFFUSE = 2u;
+const MATERIAL_COATED = 3u;
+const MATERIAL_CONDUCTOR = 4u;
+const MATERIAL_PHONG = 5u;
+const MATERIAL_GGX = 6u;
+
+// The diffuse map's parameterization, and whether the material uses it.
+override DIFFUSE_KIND: u32 = 0u;
+override DIFFUSES: bool = false;
+
 @group(2) @binding(0) var<uniform> material: Material;
+@group(2) @binding(1) var diffuse_map: texture_2d_array<f32>;
+@group(2) @binding(2) var dfg: texture_2d<f32>;
+
+// Weight of the radiance from the mirrored direction, for n·v from 0 to 1.
+fn specular_weight(n_dot_v: f32) -> vec3f {
+  switch (material.kind) {
+    case MATERIAL_DIELECTRIC, MATERIAL_DIELECTRIC_OVER_DIFFUSE, MATERIAL_COATED: {
+      return vec3f(fresnel_dielectric(material.index, n_dot_v));
+    }
+    case MATERIAL_CONDUCTOR: {
+      return fresnel_conductor(material.specular, material.k, n_dot_v);
+    }
+    case MATERIAL_GGX: {
+      let ab = bilinear(dfg, vec2f(n_dot_v, material.perceptual_roughness), true).xy;
+      let f0 = material.specular;
+      return (f0 * ab.x + ab.y) * (1.0 + f0 * (1.0 / (ab.x + ab.y) - 1.0));
+    }
+    default: {
+      return material.specular;
+    }
+  }
+}
+
+// Weight of the diffuse map, where the other one's is `specular`.
+fn diffuse_weight(specular: vec3f) -> vec3f {
+  if (material.kind == MATERIAL_COATED || material.kind == MATERIAL_GGX) {
+    return material.diffuse * (1.0 - specular);
+  }
+  return material.diffuse;
+}
 
 // Radiance towards the unit direction v that a surface of unit normal n reflects, of the radiance from the mirrored one.
 fn reflected(incident: vec3f, n: vec3f, v: vec3f) -> vec3f {
-  return material.reflectance * incident;
+  let specular = specular_weight(clamp(dot(n, v), 0.0, 1.0));
+  var radiance = specular * incident;
+  if (DIFFUSES) {
+    radiance += diffuse_weight(specular) * sample_map(DIFFUSE_KIND, diffuse_map, 0, env_map.map_from_world * n, 0.0).rgb;
+  }
+  return radiance;
 }

@@ -3,23 +3,23 @@
 #import material
 #import mirror
 
-// Programs: meshes that mirror a plain env map, and that map as their backdrop. Linear radiance; alpha is 1 on meshes, 0
+// Programs: meshes of an environment-mapped material, and env maps as their backdrop. Linear radiance; alpha is 1 on meshes, 0
 // behind them. Reflection is found for every fragment, from interpolated position and normal.
 
-struct Mirror {
+struct Shaded {
   @builtin(position) position: vec4f,
   @location(0) p: vec3f,
   @location(1) normal: vec3f,
 }
 
 @vertex
-fn vertex_mirror(in: Vertex, @builtin(instance_index) instance: u32) -> Mirror {
+fn vertex_material(in: Vertex, @builtin(instance_index) instance: u32) -> Shaded {
   let world = placed(in, instance);
-  return Mirror(view.clip_from_world * vec4f(world.position, 1.0), world.position, world.normal);
+  return Shaded(view.clip_from_world * vec4f(world.position, 1.0), world.position, world.normal);
 }
 
 @fragment
-fn mirror_mesh(in: Mirror, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
   let ray = normalize(in.p - view.eye);
   let across = cross(dpdx(in.p), dpdy(in.p));  // the triangle's own normal, up to sign
   let ng = normalize(select(across, -across, dot(across, ray) > 0.0));
@@ -38,7 +38,7 @@ fn vertex_backdrop(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec
 }
 
 @fragment
-fn mirror_backdrop(@builtin(position) position: vec4f) -> @location(0) vec4f {
+fn material_backdrop(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let at = position.xy;
   let ray = view_ray(at);
   let radiance = env_radiance(ray, view_ray(at + vec2f(1.0, 0.0)), view_ray(at + vec2f(0.0, 1.0)));
