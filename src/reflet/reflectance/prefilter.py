@@ -98,7 +98,7 @@ class Prefilter:
         centres matters: then the environment is interpolated, and where even that is too coarse, looked up.
         """
         texels = int(np.prod(self.image.parameterization.shape(self.image.size)))
-        own = _power_of_two(np.sqrt(texels / 6.0))
+        own = _power_of_two(np.sqrt(texels / 12.0))  # cells of half to two texels
         within = 0.5 * np.pi / half_width  # texels of this angle along a cube face's edge
         if own > 3.0 * within:
             size = min(max(_power_of_two(6.0 * within), _SUN), own, _FINEST)
