@@ -5,9 +5,10 @@ sub-samples about half a source texel apart. That is a matrix G with rows that s
 constant. Energy is kept if its columns, weighted by the texels' solid angles, give the source's: Σᵢ Ωᵢ·Gᵢⱼ = Ωⱼ.
 Sampling keeps that in the mean over neighbours, which serves all that is smooth or large, but a single texel j is off
 by some per cent: the sub-samples that fall into its tent are few. A sun is such a texel, and may hold most of the
-light. So what exceeds a *ceiling* is taken out and goes another way, texel by texel: its flux Ωⱼ·(Lⱼ - ceiling) is
-spread over the destination texels around it with weights made to give exactly that flux (`_spread`). The ceiling is so
-low that a texel below it holds too little for its error to count, and so high that few texels exceed it.
+light. So what is above a *ceiling* c goes another way, texel by texel: of Lⱼ > c only c²/Lⱼ stays, and the flux of the
+rest, Fⱼ = Ωⱼ·(Lⱼ - c²/Lⱼ), is spread over the destination texels around it with weights made to give exactly that flux
+(`_spread`). The ceiling is so low that a texel near it holds too little for its error to count, and so high that few
+texels exceed it.
 """
 
 import numpy as np
@@ -49,7 +50,7 @@ def resample(image: EnvImage, to: Parameterization, size: int) -> EnvImage:
     base = image.texels
     if len(bright):
         base = base.copy()
-        np.minimum(base[..., :3], ceiling, out=base[..., :3])
+        base[..., :3][tuple(bright.T)] -= _excess(image, ceiling, bright)
     source = _padded_source(image.parameterization, base, ratio)
     del base
     out = np.empty((*to.shape(size), source.shape[3]), np.float32)
@@ -120,8 +121,14 @@ def _bright(image: EnvImage) -> tuple[float, Indices]:
     return ceiling, np.concatenate([rows[found], column[:, None]], -1)
 
 
+def _excess(image: EnvImage, ceiling: float, bright: Indices) -> Float[np.ndarray, "bright colours"]:
+    """What of the colours of bright texels goes its own way."""
+    colours = image.texels[..., :3][tuple(bright.T)].astype(np.float64)
+    return np.where(colours > ceiling, colours - ceiling**2 / np.maximum(colours, ceiling), 0.0)
+
+
 def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: Parameterization, out: Texels) -> None:
-    """Adds to ``out`` what bright texels j hold above the ceiling: exactly the flux Fⱼ = Ωⱼ·(Lⱼ - ceiling) of each.
+    """Adds to ``out`` the excess of bright texels j: exactly the flux Fⱼ of each.
 
     The shape is the texel's bilinear tent, sampled by points p of weight wₚ, Σ wₚ = 1, each shared among the four
     destination texels i around it by their own bilinear weights bᵢₚ, which keeps its centre of gravity. Texel i gains
@@ -134,8 +141,7 @@ def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: 
     solid_angle_to = to.texel_solid_angle(size)
     points = max(_TENT_POINTS, 2 * int(np.ceil(2.0 / ratio)))  # half a destination texel apart or less
     for some in np.array_split(bright, np.ceil(len(bright) * points**2 / _BLOCK)):
-        at = tuple(some.T)
-        flux = solid_angle[at][:, None] * np.maximum(image.texels[at][:, :colours].astype(np.float64) - ceiling, 0.0)
+        flux = solid_angle[tuple(some.T)][:, None] * _excess(image, ceiling, some)
         direction, tent = _tents(image, some, points)
         taps, share = _taps(to, size, direction)
         flat, inverse = np.unique(np.ravel_multi_index(taps, out.shape[:3]), return_inverse=True)
