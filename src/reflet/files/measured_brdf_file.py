@@ -21,6 +21,11 @@ def read_measured_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
     """The table of a .npz archive. Raises RefletError for files that are missing, damaged, or no such table."""
     try:
         with np.load(path, allow_pickle=False) as archive:
+            if {"phi_i", "phi_o"} & set(archive):
+                raise RefletError(
+                    f"{path} is an anisotropic BRDF: its prefiltered maps would turn with the surface, five dimensions "
+                    "in all; average it over the turns of light and viewer about the normal, by their delta_phi."
+                )
             missing = [name for name in (*_ANGLES, "values") if name not in archive]
             if missing:
                 raise RefletError(f"{path} holds no {', '.join(missing)}; a BRDF table needs all of its four arrays.")

@@ -1,6 +1,8 @@
 """What a BRDF is here: an isotropic one, a function of three cosines."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -23,6 +25,18 @@ class Brdf(ABC):
 
         One channel, or the three of linear Rec. 709.
         """
+
+
+@dataclass(frozen=True)
+class FunctionBrdf(Brdf):
+    """A BRDF given as a function of (cos θi, cos θo, Δφ), arrays that broadcast, which returns (…, 1 or 3 channels)."""
+
+    function: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+    def evaluate(self, cos_theta_i: Cosine, cos_theta_o: Cosine, cos_delta_phi: Cosine) -> Values:
+        """See `Brdf`."""
+        delta_phi = np.arccos(np.clip(cos_delta_phi, -1.0, 1.0))
+        return np.asarray(self.function(np.asarray(cos_theta_i), np.asarray(cos_theta_o), delta_phi))
 
 
 def half_vector_cosines(
