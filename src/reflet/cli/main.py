@@ -17,6 +17,7 @@ from reflet.cli.info import info
 from reflet.cli.join import join
 from reflet.cli.render import render
 from reflet.cli.sampling import sampling
+from reflet.cli.shade import shade
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning
@@ -40,13 +41,14 @@ def commands() -> None:
       reflet info studio.hdr                           what it holds, with a picture in the terminal
       reflet convert studio.hdr studio.ktx2 --to cube  from any parameterization and format to any other
       reflet join front.jpg back.jpg -o room.exr       two fisheye or mirror ball pictures into one map
+      reflet shade teapot studio.hdr --material coated:1.5 -o red.png   a mesh in an environment
       reflet sampling                                  what each parameterization spends its texels on
 
     `reflet VERB --help` explains each verb with examples.
     """
 
 
-for verb in (bake, render, compare, verify, view, info, convert, join, sampling):
+for verb in (bake, render, compare, verify, view, info, convert, join, sampling, shade):
     commands.add_command(verb)
 
 

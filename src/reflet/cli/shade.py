@@ -1,0 +1,99 @@
+"""``reflet shade``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import Vector
+
+RGB = Vector()
+RGB.name = "R,G,B"
+
+
+@click.command(short_help="Draw a mesh of some material in an environment.")
+@click.argument("mesh", metavar="MESH")
+@click.argument("environment", metavar="ENV", type=click.Path(path_type=Path))
+@click.option("--material", required=True, metavar="NAME[:VALUE]", help="See above.")
+@click.option("--albedo", type=RGB, help="Diffuse colour, base colour, or a mirror's reflectance; linear, 0 to 1.")
+@click.option("--specular", type=RGB, help="Phong's specular share; by default what --albedo leaves.")
+@click.option("--metallic", type=click.FloatRange(0, 1), default=0.0, show_default=True, help="For ggx.")
+@click.option("--azimuth", type=float, default=-60.0, show_default=True, help="Degrees; -90 looks from +z.")
+@click.option("--elevation", type=click.FloatRange(-90, 90), default=22.0, show_default=True, help="Degrees.")
+@click.option("--distance", type=float, help="Metres from the mesh's middle; by default such that all of it shows.")
+@click.option("--turn", type=float, default=0.0, help="Degrees by which the environment is turned about the vertical.")
+@click.option("--samples", type=click.Choice(["1", "4", "16"]), default="16", show_default=True, help="Per pixel.")
+@click.option("--size", type=click.IntRange(1), default=512, show_default=True, help="Pixels along an edge.")
+@click.option("--exposure", type=float, default=1.6, show_default=True, help="Of a .png.")
+@click.option("--no-backdrop", is_flag=True, help="Leave what is behind the mesh transparent.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
+def shade(
+    mesh: str,
+    environment: Path,
+    material: str,
+    albedo: tuple[float, float, float] | None,
+    specular: tuple[float, float, float] | None,
+    metallic: float,
+    azimuth: float,
+    elevation: float,
+    distance: float | None,
+    turn: float,
+    samples: str,
+    size: int,
+    exposure: float,
+    no_backdrop: bool,
+    output: Path,
+) -> None:
+    """Draws MESH (a .glb, .gltf or .obj file, or sphere, torus, teapot) lit by ENV, an environment map of any kind.
+
+    A .png holds the tone-mapped picture, an .exr linear radiance.
+
+    \b
+    Materials:
+      mirror                  reflects --albedo at all angles
+      dielectric:1.5          glass of this index of refraction: Fresnel's mirror over black
+      dielectric+diffuse:1.5  the same, and --albedo lit diffusely, simply added
+      coated:1.5              clear coat over --albedo, which gets what the coat lets through
+      conductor:Au            polished metal: Au, Ag, Cu, Al, or a .yml from refractiveindex.info
+      phong:50                Phong's lobe of this exponent
+      ggx:0.3                 glTF's material of this perceptual roughness, with --metallic
+
+    \b
+    Examples:
+      reflet shade teapot studio.hdr --material coated:1.5 --albedo 0.5,0.02,0.02 -o red.png
+      reflet shade torus studio.hdr --material conductor:Au -o gold.exr
+      reflet shade chair.glb studio.ktx2 --material ggx:0.3 --metallic 1 --turn 90 -o chair.png
+    """
+    import numpy as np
+
+    from reflet.errors import RefletError
+    from reflet.files.exr import write_exr
+    from reflet.files.png import write_png
+    from reflet.report.measures import picture_srgb
+    from reflet.shade import shade as draw
+    from reflet.shade import surface_material
+
+    suffix = output.suffix.lower()
+    if suffix not in (".png", ".exr"):
+        raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
+    picture = draw(
+        mesh,
+        environment,
+        surface_material(material, albedo, specular, metallic),
+        azimuth_deg=azimuth,
+        elevation_deg=elevation,
+        distance=distance,
+        image_size=size,
+        turn_deg=turn,
+        samples=int(samples),
+        backdrop=not no_backdrop,
+    )
+    color, coverage = picture[..., :3], picture[..., 3:]
+    if suffix == ".exr":
+        write_exr(output, picture if no_backdrop else color)
+    elif no_backdrop:
+        # .png's alpha is not premultiplied.
+        srgb = picture_srgb(np.divide(color, coverage, out=np.zeros_like(color), where=coverage > 0.0), exposure)
+        write_png(output, np.concatenate([srgb, np.rint(255.0 * coverage).astype(np.uint8)], -1))
+    else:
+        write_png(output, picture_srgb(color, exposure))
+    click.echo(f"{output} is written.")

@@ -1,0 +1,191 @@
+"""Pictures of meshes of environment-mapped materials: mesh, environment and material by name, a camera, a picture."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Float32
+
+from reflet.errors import RefletError
+from reflet.files.env_image_file import read_env_image
+from reflet.files.ior_file import read_spectral_index
+from reflet.reflectance.material import (
+    BLACK,
+    WHITE,
+    Coated,
+    Conductor,
+    Dielectric,
+    DielectricOverDiffuse,
+    GlossyGgx,
+    GlossyPhong,
+    Mirror,
+    Rgb,
+    SurfaceMaterial,
+)
+from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.metals import METALS
+from reflet.reflectance.spectral import index_rgb
+from reflet.scene.bounds import bounding_sphere
+from reflet.scene.camera import Vec3
+from reflet.scene.framing import ELEVATION_DEG, FOV_DEG
+from reflet.scene.gltf import read_gltf
+from reflet.scene.mesh import Mesh
+from reflet.scene.newell import PARTS
+from reflet.scene.obj import read_obj
+from reflet.scene.parameter_space import Orbit
+from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.teapot import teapot_mesh
+
+BUILT_IN = ("sphere", "torus", "teapot")
+_MARGIN = 1.05  # room around the mesh's bounding sphere
+_AZIMUTH_DEG = -60.0  # before glTF's models, whose front is towards +z, and somewhat to their left
+
+# What comes after the colon
+MATERIALS = {
+    "mirror": None,
+    "dielectric": "index of refraction",
+    "dielectric+diffuse": "index of refraction",
+    "coated": "index of refraction",
+    "conductor": f"metal ({', '.join(METALS)}) or a .yml table of refractive indices",
+    "phong": "exponent",
+    "ggx": "perceptual roughness",
+}
+
+
+def load_mesh(source: str | Path) -> Mesh:
+    """All triangles of a .glb, .gltf or .obj file as one mesh, or the built-in ``sphere``, ``torus`` or ``teapot``.
+
+    Raises RefletError for anything else.
+    """
+    name = str(source)
+    if name == "sphere":
+        return sphere_mesh(around=256)
+    if name == "torus":
+        return torus_mesh()
+    if name == "teapot":
+        return joined([teapot_mesh(part) for part in PARTS])
+    path = Path(source)
+    suffix = path.suffix.lower()
+    if suffix not in (".glb", ".gltf", ".obj"):
+        raise RefletError(f"A mesh is a .glb, .gltf or .obj file, or one of {', '.join(BUILT_IN)}, not {name}.")
+    if not path.is_file():
+        raise RefletError(f"There is no file {path}; check the name.")
+    parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
+    return joined([part.mesh for part in parts])
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Several meshes as one, without uv and tangents."""
+    starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
+    triangles = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts, strict=False)]
+    return Mesh(
+        np.concatenate([mesh.positions for mesh in meshes]),
+        np.concatenate([mesh.normals for mesh in meshes]),
+        np.concatenate(triangles).astype(np.uint32),
+    )
+
+
+def surface_material(
+    text: str, albedo: Rgb | None = None, specular: Rgb | None = None, metallic: float = 0.0
+) -> SurfaceMaterial:
+    """The material that ``text`` names: one of `MATERIALS`, mostly with a colon and a number, such as ``coated:1.5``.
+
+    ``albedo`` is the diffuse colour, a mirror's reflectance and GGX's base colour: white where none is given, but black
+    for Phong. ``specular`` is Phong's specular share, by default what the albedo leaves. Raises RefletError for what
+    is unknown or out of range.
+    """
+    name, _, value = text.partition(":")
+    if name not in MATERIALS:
+        raise RefletError(f"A material is one of {', '.join(MATERIALS)}, not {name!r}.")
+    what = MATERIALS[name]
+    color = albedo or WHITE
+    if what is None:
+        if value:
+            raise RefletError(f"The material {name} takes no number, and {value!r} came; write {name} alone.")
+        return Mirror(color)
+    if name == "conductor":
+        return _metal(value)
+    try:
+        number = float(value)
+    except ValueError as error:
+        example = {"phong": "50", "ggx": "0.3"}.get(name, "1.5")
+        raise RefletError(f"The material {name} needs its {what}, such as {name}:{example}, not {text!r}.") from error
+    match name:
+        case "dielectric":
+            return Dielectric(number)
+        case "dielectric+diffuse":
+            return DielectricOverDiffuse(number, color)
+        case "coated":
+            return Coated(number, color)
+        case "phong":
+            diffuse = albedo or BLACK
+            r, g, b = (1.0 - channel for channel in diffuse)
+            return GlossyPhong(number, specular or (r, g, b), diffuse)
+    return GlossyGgx(color, metallic, number)
+
+
+def _metal(value: str) -> Conductor:
+    if value in METALS:
+        return METALS[value]
+    if Path(value).suffix.lower() not in (".yml", ".yaml"):
+        raise RefletError(f"A conductor is a {MATERIALS['conductor']}, such as conductor:Au, not {value!r}.")
+    n, k = index_rgb(read_spectral_index(value))
+    return Conductor((n[0], n[1], n[2]), (k[0], k[1], k[2]))
+
+
+def frame_mesh(
+    mesh: Mesh,
+    *,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
+    distance: float | None = None,
+    image_size: int = 512,
+) -> Orbit:
+    """An orbit around the middle of a mesh's bounding box, by default as far as shows all of it."""
+    centre, radius = bounding_sphere(mesh.positions.astype(np.float64))
+    target: Vec3 = (float(centre[0]), float(centre[1]), float(centre[2]))
+    return Orbit(
+        target=target,
+        azimuth_deg=_AZIMUTH_DEG if azimuth_deg is None else azimuth_deg,
+        elevation_deg=ELEVATION_DEG if elevation_deg is None else elevation_deg,
+        distance=_MARGIN * radius / float(np.sin(np.radians(FOV_DEG) / 2.0)) if distance is None else distance,
+        fov_deg=FOV_DEG,
+        image_size=image_size,
+    )
+
+
+def turn_about_vertical(degrees: float) -> Float[np.ndarray, "3 3"]:
+    """``map_from_world`` of an environment turned counter-clockwise, seen from above."""
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+
+
+def shade(
+    mesh: str | Path | Mesh,
+    environment: str | Path | EnvironmentMaps,
+    material: str | SurfaceMaterial,
+    *,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
+    distance: float | None = None,
+    image_size: int = 512,
+    turn_deg: float = 0.0,
+    samples: int = 16,
+    backdrop: bool = True,
+) -> Float32[np.ndarray, "height width 4"]:
+    """Linear radiance of a mesh before an environment at infinity, and coverage of the mesh in alpha.
+
+    ``mesh`` is what `load_mesh` takes, ``environment`` what `read_env_image` does, ``material`` what `surface_material`
+    does; or each the thing itself. ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a
+    pixel.
+    """
+    from reflet.render.material_renderer import MaterialRenderer
+
+    shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
+    surface = surface_material(material) if isinstance(material, str) else material
+    orbit = frame_mesh(
+        shape, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, distance=distance, image_size=image_size
+    )
+    camera = orbit.camera()
+    maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(read_env_image(environment))
+    turn = turn_about_vertical(turn_deg) if turn_deg else None
+    return MaterialRenderer(shape, maps).picture(surface, camera, frame=turn, samples=samples, backdrop=backdrop)
