@@ -27,7 +27,7 @@ from reflet.reflectance.kernel import Kernel
 RINGS, PER_RING = 3, 12
 _LEAST_BLUR = 0.28  # of a ring's angle: twelve blurs half a step wide join to a ring
 _MOST_BLUR = 0.45  # of a ring's angle, or the lobe's half width at half height
-_WIDEST_BLUR = 0.28  # radians: some three texels to a right angle; texels as wide as that still are of one size
+_WIDEST_BLUR = 0.235  # radians: of levels down to four texels to a right angle (0.6 texels); below, they are no blurs
 _EDGE = np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 160)]) * np.pi
 _ANGLE = np.concatenate([[0.6 * _EDGE[1]], np.sqrt(_EDGE[1:-1] * _EDGE[2:])])  # radians; each stands for its bin
 _SOLID_ANGLE = -2.0 * np.pi * np.diff(np.cos(_EDGE))

@@ -23,7 +23,7 @@ _FACES = 6
 _BLUR_OF_TEXELS = 0.6
 
 
-def ggx_kernels(size: int, scale: RoughnessScale = LINEAR) -> tuple[Kernel, ...]:
+def ggx_kernels(size: int, scale: RoughnessScale = LINEAR) -> tuple[GgxKernel, ...]:
     """The kernels of levels 1 and coarser of a cube of ``size`` rows, by the one relation of roughness and LOD."""
     count = max(size // _SMALLEST, 2).bit_length()
     return tuple(GgxKernel(scale.roughness_of_level(level, count) ** 2) for level in range(1, count))
