@@ -32,7 +32,7 @@ def test_each_texel_holds_what_lies_in_its_direction(name: str) -> None:
     prior = prior_texels(CUBE, cube.astype(np.float32), chain, TURNED)
     directions, _ = chain.parameterization.texel_directions(32)
     # A texel sees up to 0.2 rad, and is looked up where the cube's texels do: filtering smooth radiance errs by 0.2²/8
-    # times a second derivative of 1, at the cube's edges, where directions bend, by a quarter of a texel times up to 0.5.
+    # times a second derivative of 1; at the cube's edges, where directions bend, by a quarter of a texel times 0.5.
     assert np.abs(chain.level(prior, 0) - radiance(directions @ TURNED)).max() < 0.03
 
 
