@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "reflet"
 ROOMS = ["envmap", "reflectance", "files", "scene", "trace", "infer", "pem", "shaders", "render", "view", "report"]
-PIPELINES = ["load", "bake", "compare", "convert", "join", "verify", "paper"]
+PIPELINES = ["load", "bake", "compare", "convert", "join", "shade", "verify", "paper"]
 OPEN_TO_ALL = {"errors", "progress"}
 OWNERS = {"mitsuba": "trace", "drjit": "trace", "wgpu": "render"}
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
