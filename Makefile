@@ -30,6 +30,7 @@ figures: .venv/.ready .venv/.browser $(VIEWER)
 	$(PY) examples/parameterizations.py out/figures/parameterizations
 	$(PY) tools/parameterizations_picture.py out/figures/parameterizations docs/parameterizations.png
 	.venv/bin/reflet sampling --figure docs/sampling.png
+	$(PY) examples/mip_levels.py docs/mip_levels.png
 
 web: $(VIEWER)
 
