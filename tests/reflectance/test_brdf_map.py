@@ -60,16 +60,16 @@ def test_diffuse_reflection_by_lobes_is_the_diffuse_map() -> None:
 
 @pytest.mark.parametrize("brdf", [Ggx(0.3), Phong(20.0)], ids=repr)
 def test_against_the_whole_brdf(brdf: Brdf) -> None:
-    """Three lobes, within a few percent of equation 14 in lamplight, and nearer than one lobe is."""
+    """Within a few percent of equation 14 in lamplight: GGX is not symmetric, and the horizon cuts lobes."""
     image = environment()
     one, three = (brdf_map_3d(image, fit_lobes(brdf, kinds, 3), CUBE, 16)
                   for kinds in (("glossy",), ("diffuse", "glossy", "retro")))  # fmt: skip
     for n_dot_v in (1.0 / 3.0, 2.0 / 3.0):
         normal, wo = surfaces(n_dot_v)
         expected = reflected_reference(image, brdf, normal, wo)
-        # Measured: up to 4.2 % and 12 %. These are the method's errors, for lobes are not radially symmetric.
-        assert relative(reflected_radiance(three, normal, wo), expected) < 0.06
-        assert relative(reflected_radiance(one, normal, wo), expected) < 0.15
+        # Measured: up to 6.3 % and 4.0 %; these are the method's errors.
+        assert relative(reflected_radiance(one, normal, wo), expected) < 0.08
+        assert relative(reflected_radiance(three, normal, wo), expected) < 0.05
 
 
 def test_where_the_error_comes_from() -> None:

@@ -8,27 +8,31 @@ from reflet.cli.options import from_option
 from reflet.errors import RefletError
 
 
-@click.command(short_help="Say what a PEM or an environment map file holds.")
+@click.command(short_help="Say what a PEM, an environment map or a BRDF table holds.")
 @click.argument("path", metavar="PEM|FILE", type=click.Path(path_type=Path))
 @from_option
 def info(path: Path, source_is: str | None) -> None:
-    """Prints what is in a PEM's folder, or in the file of an environment map.
+    """Prints what is in a PEM's folder, or in the file of an environment map or a BRDF table.
 
     Of a PEM: viewpoints, layers with their geometries, sizes, and how well inference went. Of a file: kind, size,
     range of radiance, its integral over all directions, how much of it comes from the brightest 0.01 % of them, from
-    where; and a small picture if the terminal has the colours. Azimuth 0 is +x, 90 is -z.
+    where; and a small picture if the terminal has the colours. Azimuth 0 is +x, 90 is -z. Of a BRDF's table: its
+    angles, how far it is from reciprocal, its albedo, and what prefiltered maps can show of it with one and more lobes.
 
     \b
     Examples:
       reflet info teapot
       reflet info studio.hdr
       reflet info probe.exr --from angular
+      reflet info satin.npz
     """
     if path.is_dir() and not _holds_a_cube(path):
         from reflet.pem.container import open_pem
         from reflet.report.table import pem_table
 
         click.echo(pem_table(open_pem(path)))
+    elif path.suffix.lower() == ".npz":
+        _tell_of_brdf(path)
     else:
         _tell_of_map(path, source_is)
 
@@ -56,3 +60,12 @@ def _tell_of_map(path: Path, source_is: str | None) -> None:
     if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
         console.print(terminal_picture(levels[0], min(console.width, 96)), end="")
     click.echo(env_image_table(file_facts(path), levels))
+
+
+def _tell_of_brdf(path: Path) -> None:
+    from reflet.files.measured_brdf_file import read_measured_brdf
+    from reflet.reflectance.brdf_facts import brdf_facts
+    from reflet.report.brdf_table import brdf_table
+
+    table = read_measured_brdf(path)
+    click.echo(brdf_table(table, brdf_facts(table)))
