@@ -31,8 +31,8 @@ class MipComparison:
 
 
 def write_mip_figure(path: str | os.PathLike[str], comparisons: Sequence[MipComparison]) -> None:
-    """Writes a PNG, 2000 pixels wide: a column for each parameterization, spheres above, charts below."""
-    figure = Figure(figsize=(10.0, 7.4), dpi=200, facecolor=PAPER)
+    """Writes a PNG, 1500 pixels wide: a column for each parameterization, spheres above, charts below."""
+    figure = Figure(figsize=(10.0, 7.4), dpi=150, facecolor=PAPER)
     grid = figure.add_gridspec(
         4, len(comparisons), left=0.085, right=0.99, bottom=0.075, top=0.955, wspace=0.06, hspace=0.06,
         height_ratios=(1.0, 1.0, 1.0, 0.95),
