@@ -8,11 +8,13 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.envmap.resample import radiance_at
 from reflet.reflectance.brdf import Brdf
-from reflet.reflectance.brdf_map import brdf_map_3d, lobe_axis, reflected_radiance
+from reflet.reflectance.brdf_map import brdf_map_3d, lobe_axis, reflected_radiance, rows_for
 from reflet.reflectance.brdf_reference import reflected_reference
 from reflet.reflectance.ggx import Ggx
 from reflet.reflectance.lambert import Lambert
 from reflet.reflectance.lobes import THETA, Lobes, fit_lobes
+from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import Phong, PhongKernel
 from reflet.reflectance.prefilter import prefiltered
 
@@ -120,6 +122,23 @@ def test_white_furnace_reflects_the_albedo_between_slices_too() -> None:
         np.testing.assert_allclose(slices[k], slices[k][0, 0], rtol=1e-5)  # float32 maps, the same everywhere
     between = reflected_radiance(maps, *surfaces(float(fit.cos_theta_o[:2].mean()), 8))
     np.testing.assert_allclose(between, 0.5 * (slices[0] + slices[1]), rtol=1e-5)
+
+
+def test_narrow_lobes_get_larger_maps() -> None:
+    sizes = [rows_for(fit_lobes(Phong(n), ("glossy",), 2), CUBE, 64) for n in (5.0, 50.0, 500.0, 50000.0)]
+    # Half heights at 29.5°, 9.5°, 3.0° and 0.3°; texels of 90°/size in the mean, a sixth less.
+    assert sizes == [8, 32, 64, 64]
+    assert rows_for(fit_lobes(Lambert(), ("diffuse",), 2), CUBE, 64) == 8
+
+
+def test_the_material_reflects_in_a_furnace_what_its_weights_say() -> None:
+    image = EnvImage(CUBE, np.ones((6, 8, 8, 3), np.float32))
+    material = Measured(fit_lobes(Ggx(0.4), angles=3))
+    maps = EnvironmentMaps(image, 16).brdf_map(material.lobes)
+    for n_dot_v in (0.1, 0.5, 1.0):
+        specular, diffuse = material.weights(np.array([n_dot_v]))
+        shown = reflected_radiance(maps, *surfaces(n_dot_v, 8))
+        np.testing.assert_allclose(shown, np.broadcast_to(specular + diffuse, shown.shape), rtol=5e-4)
 
 
 def test_coloured_lobes_filter_each_channel() -> None:

@@ -64,6 +64,8 @@ def test_diffuse_reflection_is_the_diffuse_lobe_alone() -> None:
 def test_albedo_is_kept(brdf: Brdf, kinds: tuple[str, ...]) -> None:
     fit = fit_lobes(brdf, kinds, 3)
     reflected = fit.diffuse + sum(albedo_of(lobe.densities) for lobe in fit.lobes)
+    for lobe in fit.lobes:
+        np.testing.assert_allclose(lobe.albedo, albedo_of(lobe.densities), rtol=1e-5, atol=1e-9)  # (π/48)⁵ and trapezia
     # The polar grids' own error, at the horizon, where q ends between their points; sheen is bright there.
     np.testing.assert_allclose(reflected, directional_albedo(brdf, fit.cos_theta_o), rtol=0.03)
 
@@ -112,6 +114,14 @@ def test_reported_error_is_that_of_the_hemisphere() -> None:
         lobe = np.interp(angle, THETA, fit.lobes[0].densities[k, :, 0])
         # Two grids of some 50 points across the lobe; where both are nearly right, absolute.
         assert fit.error[k] == pytest.approx(np.sqrt(((q - lobe) ** 2).sum() / (q**2).sum()), abs=0.01)
+
+
+@pytest.mark.parametrize("exponent", [10.0, 500.0])
+def test_half_width_of_phong(exponent: float) -> None:
+    lobe = fit_lobes(Phong(exponent), ("glossy",), 2).lobes[0]
+    # To the entry of `THETA` below.
+    exact = np.arccos(0.5 ** (1.0 / exponent))
+    assert 0.0 < exact - lobe.half_width < np.diff(THETA)[np.searchsorted(THETA, exact)]
 
 
 def test_view_cosines_end_at_the_normal() -> None:

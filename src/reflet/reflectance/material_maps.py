@@ -11,8 +11,10 @@ from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.octahedral import Octahedral
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
+from reflet.reflectance.brdf_map import BrdfMap3d, brdf_map_3d, rows_for
 from reflet.reflectance.ggx_levels import ggx_levels
 from reflet.reflectance.lambert import DiffuseKernel
+from reflet.reflectance.lobes import Lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, SurfaceMaterial
 from reflet.reflectance.phong import PhongKernel
 from reflet.reflectance.prefilter import Prefilter
@@ -43,6 +45,7 @@ class EnvironmentMaps:
         self._image = EnvImage(image.parameterization, np.ascontiguousarray(image.texels[..., :3], np.float32))
         self._prefilter = Prefilter(self._image)
         self.phong = lru_cache(maxsize=16)(self._phong)
+        self.brdf_map = lru_cache(maxsize=4)(self._brdf_map)
 
     @cached_property
     def levels(self) -> tuple[EnvImage, ...]:
@@ -64,6 +67,11 @@ class EnvironmentMaps:
     def _phong(self, phong_exponent: float) -> tuple[EnvImage, ...]:
         """Filtered with a Phong lobe, by the mirrored direction; with mip levels."""
         return mip_images(self._prefilter.map(PhongKernel(phong_exponent), self._parameterization, self._size))
+
+    def _brdf_map(self, lobes: Lobes) -> BrdfMap3d:
+        """For materials that are `Measured`; no larger than the narrowest lobe asks for."""
+        rows = rows_for(lobes, self._parameterization, self._size)
+        return brdf_map_3d(self._image, lobes, self._parameterization, rows)
 
     def maps(self, material: SurfaceMaterial) -> MaterialMaps:
         """What ``material`` looks up."""
