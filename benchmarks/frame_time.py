@@ -32,24 +32,12 @@ from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
 from reflet.scene.mesh import Mesh
 from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.primitives import torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.shaders.link import link_text
 
 ROUNDS = 9
 PLAIN = Path(__file__).with_name("plain_lookup.wgsl")
-
-
-def torus(rings: int = 200, sides: int = 100, major: float = 0.3, minor: float = 0.12) -> Mesh:
-    """Around the y axis; 2·rings·sides triangles."""
-    u, v = np.meshgrid(np.arange(rings) * 2 * np.pi / rings, np.arange(sides) * 2 * np.pi / sides, indexing="ij")
-    normals = np.stack([np.cos(v) * np.cos(u), np.sin(v), np.cos(v) * np.sin(u)], -1)
-    positions = minor * normals + major * np.stack([np.cos(u), np.zeros_like(u), np.sin(u)], -1)
-    i, j = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
-    a, b = i * sides + j, (i + 1) % rings * sides + j
-    c, d = (i + 1) % rings * sides + (j + 1) % sides, i * sides + (j + 1) % sides
-    triangles = np.stack([a, c, b, a, d, c], -1).reshape(-1, 3)
-    as_float = positions.reshape(-1, 3).astype(np.float32), normals.reshape(-1, 3).astype(np.float32)
-    return Mesh(*as_float, triangles.astype(np.uint32))
 
 
 def mirrors(meshes: Sequence[Mesh]) -> Scene:
@@ -88,7 +76,7 @@ def layered_pem(scene: Scene, size: int = 256) -> ParameterizedEnvironmentMap:
 def pem_of(path: Path | None) -> ParameterizedEnvironmentMap:
     """What is drawn."""
     if path is None:
-        return layered_pem(mirrors([torus()]))
+        return layered_pem(mirrors([torus_mesh(0.3, 0.12, around=200, sides=100)]))
     if path.is_dir():
         return open_pem(path)
     return layered_pem(mirrors([part.mesh for part in read_gltf(path) if part.material.metallic > 0.5]))
