@@ -67,13 +67,16 @@ class EnvMapRenderer:
         default none; a map that depends on the view is its caller's to make and to turn (`view_frame`). ``samples`` a
         pixel are 1, 4 or 16 (`Picture`).
         """
+        material = material or self._mirror
+        # Samples are drawn as pixels of a finer grid; levels drawn by hand are for the picture's own.
+        lod_bias = 0.5 * float(np.log2(samples)) if material.lookup is not None else 0.0
         target = Picture(self.device, camera, samples)
         self._views.write([camera_view(target.camera)], np.eye(4)[None])
         encoder = self.device.create_command_encoder()
         render_pass = target.begin(encoder)
         render_pass.set_bind_group(0, self._views.groups[0])
-        render_pass.set_bind_group(1, self.programs.map_group(env_map, frame, roughness))
-        self.programs.draw(render_pass, env_map, material or self._mirror, self._mesh)
+        render_pass.set_bind_group(1, self.programs.map_group(env_map, frame, roughness, lod_bias))
+        self.programs.draw(render_pass, env_map, material, self._mesh)
         if backdrop:
             behind = env_map if backdrop is True else backdrop
             render_pass.set_bind_group(1, self.programs.map_group(behind, frame))

@@ -9,7 +9,9 @@ import wgpu
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.parameterization import Parameterization
+from reflet.reflectance.map_material import Lookup, MapMaterial
 from reflet.reflectance.material import (
+    WHITE,
     Coated,
     Conductor,
     Dielectric,
@@ -39,6 +41,7 @@ class DeviceMaterial:
 
     group: wgpu.GPUBindGroup
     diffuse_map: Parameterization | None  # of the diffuse map, where it is used
+    lookup: Lookup | None  # of materials that show a map as it is
 
 
 @cache
@@ -84,6 +87,8 @@ class MaterialPrograms:
         constants = _map_constants(env_map)
         if material.diffuse_map is not None:
             constants |= {"DIFFUSES": 1, "DIFFUSE_KIND": material.diffuse_map.kind}
+        if material.lookup is not None:
+            constants |= {"LOOKUP": int(material.lookup)}
         render_pass.set_bind_group(2, material.group)
         render_pass.set_pipeline(self._pipeline("mesh", constants))
         mesh.draw(render_pass, instance)
@@ -116,10 +121,14 @@ class MaterialPrograms:
         return self._pipelines[key]
 
     def map_group(
-        self, env_map: EnvMapTexture, map_from_world: Rotation | None = None, roughness: float | None = None
+        self,
+        env_map: EnvMapTexture,
+        map_from_world: Rotation | None = None,
+        roughness: float | None = None,
+        lod_bias: float = 0.0,
     ) -> wgpu.GPUBindGroup:
         """Bind group 1. ``roughness`` is that of lookups in a map whose levels are filtered for it."""
-        return env_map_group(self._device, self.map_layout, env_map, map_from_world, roughness=roughness)
+        return env_map_group(self._device, self.map_layout, env_map, map_from_world, lod_bias, roughness)
 
     def material(self, material: SurfaceMaterial, diffuse_map: EnvMapTexture | None = None) -> DeviceMaterial:
         """Bind group 2. Materials that diffuse light need the diffuse map, of any parameterization."""
@@ -135,7 +144,11 @@ class MaterialPrograms:
                 {"binding": 2, "resource": table.create_view()},
             ],
         )
-        return DeviceMaterial(group, diffuse_map.parameterization if diffuse_map is not None else None)
+        return DeviceMaterial(
+            group,
+            diffuse_map.parameterization if diffuse_map is not None else None,
+            material.lookup if isinstance(material, MapMaterial) else None,
+        )
 
     @cached_property
     def _dfg(self) -> wgpu.GPUTexture:
@@ -173,6 +186,8 @@ def _fields(material: SurfaceMaterial) -> dict[str, Any]:
     match material:
         case Mirror(reflectance):
             return {"specular": reflectance}
+        case MapMaterial():
+            return {"specular": WHITE}
         case Dielectric(index):
             return {"index": index}
         case DielectricOverDiffuse(index, albedo) | Coated(index, albedo):

@@ -34,18 +34,22 @@ fn roughness_over(perceptual_roughness: f32, d: vec3f, dx: vec3f, dy: vec3f) -> 
   return min(sqrt(sqrt(square * square + max(dot(right, right), dot(down, down)) / 24.0)), 1.0);
 }
 
-// What the map holds in a direction of the world, where the neighbouring pixels look up dx and dy. All of any length.
-fn env_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
-  let rotation = env_map.map_from_world;
-  let at = rotation * d;
+// What the map holds in a direction of its own, where the neighbouring pixels look up dx and dy. All of any length.
+fn map_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
   var lod = 0.0;
   if (env_map.roughness < 0.0) {
-    lod = map_lod(KIND, at, rotation * dx, rotation * dy, env_map.size, env_map.lod_bias, env_map.max_lod);
+    lod = map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod);
   } else {
     lod = roughness_over(env_map.roughness, d, dx, dy) * env_map.max_lod;
   }
   if (BY_HARDWARE) {
-    return textureSampleLevel(cube, cube_sampler, at, lod);
+    return textureSampleLevel(cube, cube_sampler, d, lod);
   }
-  return sample_map(KIND, maps, 0, at, lod);
+  return sample_map(KIND, maps, 0, d, lod);
+}
+
+// The same in directions of the world.
+fn env_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
+  let rotation = env_map.map_from_world;
+  return map_radiance(rotation * d, rotation * dx, rotation * dy);
 }

@@ -2,6 +2,7 @@
 #import env_map
 #import material
 #import mirror
+#import lookup
 
 // Programs: meshes of an environment-mapped material, and env maps as their backdrop. Linear radiance; alpha is 1 on meshes, 0
 // behind them. Reflection is found for every fragment, from interpolated position and normal.
@@ -28,7 +29,18 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
   // The hardware's derivatives are differences within a block of 2×2 pixels: drivers differ in which pixel's, and near a
   // triangle's edge the others' are extrapolated. That may move the LOD by a fraction of a level. A map whose levels are
   // filtered copies of each other hardly shows it; a PEM's are not, which is why its LOD has a rule of its own.
-  let incident = env_radiance(r, r + dpdx(r), r + dpdy(r));
+  var incident: vec4f;
+  if (LOOKUP == LOOKUP_REFLECTION) {
+    incident = env_radiance(r, r + dpdx(r), r + dpdy(r));
+  } else {
+    let d = lookup_direction(n, ray);
+    let footprint = longest(dpdx(d), dpdy(d));
+    if (LOOKUP == LOOKUP_NORMAL) {
+      incident = env_radiance(d, d + footprint, d);
+    } else {
+      incident = map_radiance(d, d + footprint, d);
+    }
+  }
   return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front), 1.0);
 }
 
