@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps
+from reflet.reflectance.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps, phong_taps
 from reflet.reflectance.phong import PhongKernel
 
 
@@ -36,10 +37,28 @@ def test_blurs_add_up_to_the_lobe(kernel: Kernel, most: float) -> None:
     assert taps.weight.min() > 0.0
     assert taps.weight.sum() == pytest.approx(1.0)
     np.testing.assert_allclose(np.linalg.norm(taps.direction, axis=-1), 1.0)
-    # A polar grid, fine towards the middle: θ = π·x², midpoints.
+    assert distance(taps, kernel) < most + 0.02  # a ring's ripple over the azimuth adds some hundredths
+
+
+def distance(taps: LobeTaps, kernel: Kernel) -> float:
+    """∫ |Σ w·g - k| dω on a polar grid, fine towards the middle: θ = π·x², midpoints."""
     x = (np.arange(400) + 0.5) / 400
     theta, phi = np.meshgrid(np.pi * x * x, 2.0 * np.pi * np.arange(24) / 24, indexing="ij")
     solid_angle = np.sin(theta) * (2.0 * np.pi * x / 400)[:, None] * (2.0 * np.pi / 24)
     direction = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-    distance = np.abs(density(taps, direction) - kernel.density(np.sin(0.5 * theta) ** 2)) * solid_angle
-    assert distance.sum() < most + 0.02  # a ring's ripple over the azimuth adds some hundredths
+    return float((np.abs(density(taps, direction) - kernel.density(np.sin(0.5 * theta) ** 2)) * solid_angle).sum())
+
+
+@pytest.mark.parametrize(
+    ("phong_exponent", "most"), [(1.0, 0.03), (4.0, 0.03), (11.0, 0.03), (60.0, 0.007), (5e3, 0.007)]
+)
+def test_phong_lobes_need_no_search(phong_exponent: float, most: float) -> None:
+    taps = phong_taps(phong_exponent)
+    assert taps.weight.min() > 0.0
+    assert taps.weight.sum() == pytest.approx(1.0)
+    assert distance(taps, PhongKernel(phong_exponent)) < most + 0.02  # as above
+
+
+def test_an_exponent_of_zero_is_no_lobe() -> None:
+    with pytest.raises(RefletError, match="greater than 0"):
+        phong_taps(-1.0)

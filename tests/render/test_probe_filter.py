@@ -13,11 +13,13 @@ from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
 from reflet.reflectance.ggx_levels import LINEAR
 from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.phong import PhongKernel
 from reflet.reflectance.quadrature import filtered_reference
 from reflet.render.device import shared_device
-from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
+from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
 from reflet.render.probe_filter import ProbeFilter, ggx_kernels
+from reflet.render.probe_pyramid import FILLED
 
 SIZE = 64
 KERNELS = (GgxKernel(0.1), GgxKernel(0.5), PhongKernel(30.0))
@@ -98,6 +100,31 @@ def test_a_sun_keeps_its_light_wherever_it_is() -> None:
         kept = env_map.read(2).texels[..., :3].astype(float) * CUBE.texel_solid_angle(SIZE >> 2)[..., None]
         # Texels of the pyramid sample the cube's at four points: a sun of four texels is caught within some hundredths.
         assert kept.sum() == pytest.approx(light, rel=0.06)
+
+
+def diffuse_of(finest: EnvImage) -> np.ndarray:
+    """Texels of the diffuse cube of 8 rows."""
+    refiltered(finest)
+    target = create_env_map(shared_device(), CUBE, 8, 1, HALF, FILLED)
+    encoder = shared_device().create_command_encoder()
+    probe_filter().pyramid.diffuse(encoder, target)
+    shared_device().queue.submit([encoder.finish()])
+    return target.read().texels[..., :3].astype(float)
+
+
+def test_diffuse_maps_of_what_has_a_closed_form() -> None:
+    white = diffuse_of(EnvImage(CUBE, np.full((6, SIZE, SIZE, 3), 0.699707, np.float32)))
+    np.testing.assert_allclose(white, 0.699707, rtol=1e-6)  # the very half float, as above
+    finest = analytic_levels(CUBE, SIZE, lambda direction: 1.0 + 0.5 * np.repeat(direction[..., 1:2], 3, -1))[0]
+    # 2/3 of the slope are left. B-splines of texels of 0.098 take σ² = 0.098²/4 of it, 0.0008; half floats 0.0005.
+    np.testing.assert_allclose(diffuse_of(finest)[..., 0], 1.0 + CUBE.texel_directions(8)[0][..., 1] / 3.0, atol=0.002)
+
+
+def test_diffuse_maps_against_brute_force() -> None:
+    finest = analytic_levels(CUBE, SIZE, lamps)[0]
+    expected = filtered_reference(finest, DiffuseKernel(), CUBE.texel_directions(8)[0].reshape(-1, 3))
+    # What is asked of prefiltered diffuse maps: 1 %.
+    assert np.abs(diffuse_of(finest).reshape(-1, 3) - expected).sum() < 0.01 * expected.sum()
 
 
 def test_levels_are_those_of_the_roughness_scale() -> None:

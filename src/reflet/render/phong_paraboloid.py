@@ -1,7 +1,5 @@
 """Prefiltering on the device by the paper's hardware method, as often as the environment or the lobe changes."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import wgpu
 
@@ -10,7 +8,7 @@ from reflet.errors import RefletError
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.plane_filter import PlaneFilter, plane_filters
 from reflet.render.env_map_texture import FULL, EnvMapTexture, create_env_map
-from reflet.shaders.link import link
+from reflet.render.face_passes import FacePasses, one_level
 
 _WEIGHTS = 208  # bytes: 49 floats, in whole vectors of four
 _FACES = 2
@@ -38,9 +36,8 @@ class PhongParaboloidFilter:
             )
         self.size, self._device = size, device
         self._rows = size + 2 * border
-        self._constants = {"SIZE": float(size), "BORDER": float(border)}
-        self._module = device.create_shader_module(code=link("phong_paraboloid.wgsl"))
-        self._pipelines: dict[tuple[str, int], wgpu.GPURenderPipeline] = {}
+        self._constants = {"SIZE": size, "BORDER": border}
+        self._passes = FacePasses(device, "phong_paraboloid.wgsl", FULL)
         level_count = (size // 4).bit_length()  # filters shrink at most so far
         self._flux, self._small, self._large = (self._texture(level_count) for _ in range(3))
         usage = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
@@ -56,20 +53,19 @@ class PhongParaboloidFilter:
         refilter a submission: the filters' weights are written at once, not by the encoder.
         """
         filters = plane_filters(kernel, self.size, limit)
-        kind = source.parameterization.kind
-        self._draw(
-            encoder, "with_border", _layers(self._flux, 0), {0: source.texture.create_view(dimension="2d-array")}, kind
-        )
+        draw, constants = self._passes.draw, self._constants
+        incoming = {0: source.texture.create_view(dimension="2d-array")}
+        draw(encoder, "with_border", self._flux, 0, incoming, KIND=source.parameterization.kind, **constants)
         for level in range(1, 1 + max(each.shrink_level for each in filters)):
-            self._draw(encoder, "halved", _layers(self._flux, level), {1: _level(self._flux, level - 1)})
+            draw(encoder, "halved", self._flux, level, {1: one_level(self._flux, level - 1)})
         shown = []
         for each, texture, buffer in zip(filters, (self._small, self._large), self._weights, strict=True):
             self._device.queue.write_buffer(buffer, 0, _packed(each))
             level = each.shrink_level
-            group = {1: _level(self._flux, level), 2: {"buffer": buffer}}
-            self._draw(encoder, "filtered", _layers(texture, level), group)
-            shown.append(_level(texture, level))
-        self._draw(encoder, "blended", _layers(self._result.texture, 0), dict(enumerate(shown, start=3)))
+            bound = {1: one_level(self._flux, level), 2: {"buffer": buffer}}
+            draw(encoder, "filtered", texture, level, bound)
+            shown.append(one_level(texture, level))
+        draw(encoder, "blended", self._result.texture, 0, dict(enumerate(shown, start=3)), **constants)
         return self._result
 
     def _texture(self, level_count: int) -> wgpu.GPUTexture:
@@ -80,56 +76,6 @@ class PhongParaboloidFilter:
             usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
         )
 
-    def _draw(
-        self,
-        encoder: wgpu.GPUCommandEncoder,
-        entry_point: str,
-        faces: Sequence[wgpu.GPUTextureView],
-        bound: dict[int, object],
-        kind: int = 0,
-    ) -> None:
-        pipeline = self._pipeline(entry_point, kind)
-        entries = [{"binding": k, "resource": resource} for k, resource in bound.items()]
-        group = self._device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)
-        for face, view in enumerate(faces):
-            render_pass = encoder.begin_render_pass(
-                color_attachments=[{"view": view, "load_op": "clear", "store_op": "store"}]
-            )
-            render_pass.set_pipeline(pipeline)
-            render_pass.set_bind_group(0, group)
-            render_pass.draw(3, 1, 0, face)
-            render_pass.end()
-
-    def _pipeline(self, entry_point: str, kind: int) -> wgpu.GPURenderPipeline:
-        key = entry_point, kind
-        if key not in self._pipelines:
-            self._pipelines[key] = self._device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": self._module, "entry_point": "vertex_face"},
-                primitive={"topology": "triangle-list"},
-                fragment={
-                    "module": self._module,
-                    "entry_point": entry_point,
-                    "constants": {**self._constants, "KIND": kind},
-                    "targets": [{"format": FULL}],
-                },
-            )
-        return self._pipelines[key]
-
 
 def _packed(plane_filter: PlaneFilter) -> bytes:
     return plane_filter.weights.astype(np.float32).tobytes().ljust(_WEIGHTS, b"\0")
-
-
-def _layers(texture: wgpu.GPUTexture, mip_level: int) -> Sequence[wgpu.GPUTextureView]:
-    """Each face of a level, to draw into."""
-    return [
-        texture.create_view(
-            dimension="2d", base_array_layer=face, array_layer_count=1, base_mip_level=mip_level, mip_level_count=1
-        )
-        for face in range(_FACES)
-    ]
-
-
-def _level(texture: wgpu.GPUTexture, mip_level: int) -> wgpu.GPUTextureView:
-    return texture.create_view(dimension="2d-array", base_mip_level=mip_level, mip_level_count=1)

@@ -9,10 +9,12 @@
 //   bind group 0   first_level, mirrored   0 texture_cube<f32>: the cube that comes   1 filtering sampler
 //                  next_level    2 texture_2d_array<f32>: the level above alone
 //                  prefiltered   0 texture_cube<f32>: the pyramid   1 filtering sampler   3 uniform Taps
+//                  diffuse       2 texture_2d_array<f32>: a level of the pyramid alone, of MOST_ROWS rows at most
 
 override SIZE: f32 = 1.0;  // rows of what is drawn
 
 const MOST_TAPS = 64;
+const MOST_ROWS = 16;
 
 struct Tap {
   direction: vec3f,  // around +z
@@ -117,6 +119,31 @@ fn prefiltered(in: Place) -> @location(0) vec4f {
     let st = q.xy / q.z;
     let place = from_cube_face(face, vec3f(4.0 / MAP_PI * atan(st), 1.0));
     sum += tap.weight / solid_angle(st) * flux(textureSampleLevel(cube, cube_sampler, place, tap.lod));
+  }
+  return vec4f(mean(sum).rgb, 1.0);
+}
+
+// Irradiance/π by the normal: the sum over a level, each texel's light times the cosine at its centre.
+@fragment
+fn diffuse(in: Place) -> @location(0) vec4f {
+  let normal = map_direction(CUBE, in.face, in.position.xy / SIZE);
+  let rows = min(i32(textureDimensions(finer).y), MOST_ROWS);
+  var place: array<f32, MOST_ROWS>;
+  for (var k = 0; k < rows; k++) {
+    place[k] = tan(0.25 * MAP_PI * ((2.0 * f32(k) + 1.0) / f32(rows) - 1.0));
+  }
+  var sum = vec4f(0.0);
+  for (var face = 0; face < 6; face++) {
+    let n = in_cube_face(u32(face), normal);
+    for (var row = 0; row < rows; row++) {
+      for (var column = 0; column < rows; column++) {
+        let d = vec3f(place[column], place[row], 1.0);
+        let height = dot(n, d);
+        if (height > 0.0) {
+          sum += height * inverseSqrt(dot(d, d)) * flux(textureLoad(finer, vec2i(column, row), face, 0));
+        }
+      }
+    }
   }
   return vec4f(mean(sum).rgb, 1.0);
 }
