@@ -19,8 +19,9 @@ import numpy as np
 from reflet.bake import TIMINGS, bake
 from reflet.compare import REFERENCE_SEED, object_radiance, object_under_distant, straight
 from reflet.envmap.cube import CUBE
-from reflet.envmap.equal_sampling import texels_over_sphere
+from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.sampling import valid_texels
 from reflet.files.png import write_png
 from reflet.load import load_scene
 from reflet.pem.container import open_pem
@@ -92,8 +93,8 @@ def main() -> None:
     references: dict[str, list[SegmentedLayers]] = {}
     print(f"{'':22}{'rows':>6}{'texels':>8}{''.join(f'{place:>20}' for place in PLACES)}{'seconds':>9}")
     for name in asked.only:
-        density = texels_over_sphere(PARAMETERIZATIONS[name])
-        size = int(2 ** np.round(0.5 * np.log2(asked.em_size**2 * texels_over_sphere(CUBE) / density)))
+        kind = PARAMETERIZATIONS[name]
+        size = equal_sampling_size(kind, asked.em_size**2 * valid_texels(CUBE), power_of_two=True)
         folder = asked.folder / name
         if not (folder / "scene.gltf").exists():
             space = orbit_space(orbit, 3, 2.0)
@@ -112,7 +113,7 @@ def main() -> None:
         timings = [json.loads(line) for line in (folder / TIMINGS).read_text().splitlines()]
         seconds = float(np.median([entry["infer_seconds"] for entry in timings]))
         columns = "".join(f"{layered:10.2f}{distant:10.2f}" for layered, distant in found)
-        print(f"{name:22}{size:6}{density * size**2 / 1000:8.0f}{columns}{seconds:9.1f}", flush=True)
+        print(f"{name:22}{size:6}{valid_texels(kind) * size**2 / 1000:8.0f}{columns}{seconds:9.1f}", flush=True)
 
 
 if __name__ == "__main__":

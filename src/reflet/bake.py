@@ -20,6 +20,7 @@ from jaxtyping import Bool
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
+from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.geometry import KINDS, Ellipsoid, Geometry
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterization import Parameterization
@@ -148,8 +149,7 @@ def bake(
 
 def default_size(parameterization: Parameterization) -> int:
     """Rows, a power of two, of a map that holds about as many texels as a cube of 256."""
-    alike = (valid_texels(CUBE) / valid_texels(parameterization)) ** 0.5
-    return int(2 ** np.round(np.log2(256 * alike)))
+    return equal_sampling_size(parameterization, 256**2 * valid_texels(CUBE), power_of_two=True)
 
 
 def probe_size(chain: MipChain) -> int:
