@@ -8,12 +8,14 @@ from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin
 from reflet.reflectance.material import Mirror
+from reflet.reflectance.phong import PhongKernel
 from reflet.render.capture import EnvironmentCapture, Method, upload_environment
 from reflet.render.device import shared_device
 from reflet.render.device_mesh import DeviceMesh, Picture
 from reflet.render.env_map_renderer import view_frame
 from reflet.render.material_programs import material_programs
 from reflet.render.matte_scene import MatteScene
+from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.views import Views, camera_view
 from reflet.scene.camera import Camera
 from reflet.scene.scene import Scene
@@ -24,7 +26,8 @@ class MovingSceneRenderer:
     """Each frame captures what surrounds the reflective parts and draws all; the map never leaves the device.
 
     All reflective parts mirror one map, taken from the middle of their surface, with their base colour as reflectance;
-    they do not mirror one another. ``size``, ``method``, ``to`` and ``light`` are those of `EnvironmentCapture`.
+    they do not mirror one another. ``size``, ``method``, ``to`` and ``light`` are those of `EnvironmentCapture`. With a
+    ``phong_exponent`` they are glossy: the map is filtered with Phong's lobe, every frame, by `PhongParaboloidFilter`.
     """
 
     def __init__(
@@ -35,8 +38,11 @@ class MovingSceneRenderer:
         to: Parameterization | None = None,
         light: SkyLight = OVERCAST,
         device: wgpu.GPUDevice | None = None,
+        phong_exponent: float | None = None,
     ) -> None:
         self.device = device or shared_device()
+        self._lobe = PhongKernel(phong_exponent) if phong_exponent is not None else None
+        self._filter = PhongParaboloidFilter(self.device, size) if self._lobe is not None else None
         self._mirrors = [i for i, part in enumerate(scene.parts) if part.reflective]
         self._others = [i for i, part in enumerate(scene.parts) if not part.reflective]
         if not self._mirrors:
@@ -63,8 +69,10 @@ class MovingSceneRenderer:
         env_map = self.capture.frame(world_from_part, (x, y, z), turn)
         target = Picture(self.device, camera, samples)
         self._views.write([camera_view(target.camera)], world_from_part)
-        mirrored = self._programs.map_group(env_map, turn)
         encoder = self.device.create_command_encoder()
+        if self._filter is not None and self._lobe is not None:
+            env_map = self._filter.refilter(encoder, env_map, self._lobe)
+        mirrored = self._programs.map_group(env_map, turn)
         render_pass = target.begin(encoder)
         render_pass.set_bind_group(0, self._views.groups[0])
         self._matte.draw(render_pass, self._others, Picture.FORMAT)
