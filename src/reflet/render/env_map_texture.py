@@ -53,12 +53,16 @@ def create_env_map(
     level_count: int,
     texture_format: str,
     usage: int = 0,
+    map_count: int = 1,
 ) -> EnvMapTexture:
-    """An empty env map. ``usage`` is what it serves beside lookups and copies."""
+    """An empty env map, or several of one kind, one after the other in the texture's layers.
+
+    ``usage`` is what it serves beside lookups and copies.
+    """
     faces, rows, columns = parameterization.shape(size)
     check_size(device, columns, rows, "A map")
     texture = device.create_texture(
-        size=(columns, rows, faces),
+        size=(columns, rows, map_count * faces),
         mip_level_count=level_count,
         format=texture_format,
         usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST | wgpu.TextureUsage.COPY_SRC | usage,

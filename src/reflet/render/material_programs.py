@@ -22,6 +22,8 @@ from reflet.reflectance.material import (
     SurfaceMaterial,
     dfg_table,
 )
+from reflet.reflectance.measured_material import Measured
+from reflet.render.brdf_map_texture import lobe_table
 from reflet.render.device_mesh import VERTEX_BUFFERS, DeviceMesh, depth_state
 from reflet.render.env_map_texture import FULL, EnvMapTexture, create_env_map, env_map_group, env_map_layout
 from reflet.render.views import Rotation, view_layout
@@ -42,6 +44,7 @@ class DeviceMaterial:
     group: wgpu.GPUBindGroup
     diffuse_map: Parameterization | None  # of the diffuse map, where it is used
     lookup: Lookup | None  # of materials that show a map as it is
+    by_lobes: bool  # whether the env map holds a BRDF's lobes
 
 
 @cache
@@ -90,7 +93,7 @@ class MaterialPrograms:
         if material.lookup is not None:
             constants |= {"LOOKUP": int(material.lookup)}
         render_pass.set_bind_group(2, material.group)
-        render_pass.set_pipeline(self._pipeline("mesh", constants))
+        render_pass.set_pipeline(self._pipeline("lobes" if material.by_lobes else "mesh", constants))
         mesh.draw(render_pass, instance)
 
     def draw_backdrop(self, render_pass: wgpu.GPURenderPassEncoder, env_map: EnvMapTexture) -> None:
@@ -101,7 +104,7 @@ class MaterialPrograms:
     def _pipeline(self, what: str, constants: dict[str, int]) -> wgpu.GPURenderPipeline:
         key = what, tuple(constants.items())
         if key not in self._pipelines:
-            mesh = what == "mesh"
+            mesh = what != "backdrop"
             self._pipelines[key] = self._device.create_render_pipeline(
                 layout=self._mesh_layout if mesh else self._backdrop_layout,
                 vertex={
@@ -134,7 +137,10 @@ class MaterialPrograms:
         """Bind group 2. Materials that diffuse light need the diffuse map, of any parameterization."""
         data = _packed(material).tobytes()
         buffer = self._device.create_buffer_with_data(data=data, usage=wgpu.BufferUsage.UNIFORM)
-        table = self._dfg if isinstance(material, GlossyGgx) else self._unused_table
+        if isinstance(material, Measured):
+            table = self._table(lobe_table(material.lobes))
+        else:
+            table = self._dfg if isinstance(material, GlossyGgx) else self._unused_table
         shown = diffuse_map if diffuse_map is not None else self._unused_map
         group = self._device.create_bind_group(
             layout=self._material_layout,
@@ -148,6 +154,7 @@ class MaterialPrograms:
             group,
             diffuse_map.parameterization if diffuse_map is not None else None,
             material.lookup if isinstance(material, MapMaterial) else None,
+            isinstance(material, Measured),
         )
 
     @cached_property
@@ -188,6 +195,8 @@ def _fields(material: SurfaceMaterial) -> dict[str, Any]:
             return {"specular": reflectance}
         case MapMaterial():
             return {"specular": WHITE}
+        case Measured():
+            return {}
         case Dielectric(index):
             return {"index": index}
         case DielectricOverDiffuse(index, albedo) | Coated(index, albedo):

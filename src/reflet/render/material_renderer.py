@@ -5,9 +5,12 @@ import wgpu
 from jaxtyping import Float32
 
 from reflet.envmap.env_image import EnvImage
+from reflet.reflectance.brdf_map import BrdfMap3d
 from reflet.reflectance.material import GlossyPhong, SurfaceMaterial
 from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
+from reflet.render.brdf_map_texture import BrdfMapTexture, upload_brdf_map
 from reflet.render.device import shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
 from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
@@ -22,7 +25,8 @@ class MaterialRenderer:
 
     GGX's roughness is a choice of mip level, so that changing it costs nothing. A new Phong exponent takes a new map:
     filtered by the CPU, or, with ``filter_on_device``, every time anew by the paper's hardware method (see
-    `PhongParaboloidFilter` for its error), fast enough for every frame.
+    `PhongParaboloidFilter` for its error), fast enough for every frame. A measured BRDF takes as many maps as its lobes
+    have view angles, filtered by the CPU.
     """
 
     def __init__(
@@ -36,6 +40,7 @@ class MaterialRenderer:
         self._maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(environment)
         self._renderer = EnvMapRenderer(mesh, self.device)
         self._filter = PhongParaboloidFilter(self.device, 128) if filter_on_device else None
+        self._brdf_map: tuple[BrdfMap3d, BrdfMapTexture] | None = None  # the last one
         self._textures: dict[int, tuple[object, EnvMapTexture]] = {}
 
     def picture(
@@ -50,14 +55,17 @@ class MaterialRenderer:
         """Linear radiance, and coverage of the mesh in alpha. ``frame`` turns the environment: ``map_from_world``."""
         environment = self._texture(self._maps.levels)
         roughness, diffuse = None, None
-        if self._filter is not None and isinstance(material, GlossyPhong):
+        if isinstance(material, Measured):
+            lobes = self._lobes(material)
+            shown, diffuse = lobes.slices, lobes.diffuse
+        elif self._filter is not None and isinstance(material, GlossyPhong):
             encoder = self.device.create_command_encoder()
             shown = self._filter.refilter(encoder, environment, PhongKernel(material.phong_exponent))
             self.device.queue.submit([encoder.finish()])
         else:
             maps = self._maps.maps(material)
             shown, roughness = self._texture(maps.reflected), maps.roughness
-        if material.diffuses:
+        if material.diffuses and diffuse is None:
             diffuse = self._texture((self._maps.diffuse,))
         return self._renderer.picture(
             shown,
@@ -68,6 +76,12 @@ class MaterialRenderer:
             roughness=roughness,
             backdrop=environment if backdrop else False,
         )
+
+    def _lobes(self, material: Measured) -> BrdfMapTexture:
+        maps = self._maps.brdf_map(material.lobes)
+        if self._brdf_map is None or self._brdf_map[0] is not maps:
+            self._brdf_map = maps, upload_brdf_map(self.device, maps)
+        return self._brdf_map[1]
 
     def _texture(self, levels: tuple[EnvImage, ...]) -> EnvMapTexture:
         """Uploaded once. Levels are known by their finest image, which is kept so that its number stays its own."""

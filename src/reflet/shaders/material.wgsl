@@ -8,7 +8,8 @@
 //   binding  resource                     stages     contents
 //   0        uniform Material, 80 bytes   fragment
 //   1        texture_2d_array<f32>        fragment   the diffuse map, turned as the env map is
-//   2        texture_2d<f32>              fragment   A and B of the split sum: columns by n·v, rows by perceptual_roughness
+//   2        texture_2d<f32>              fragment   A and B of the split sum: columns by n·v, rows by perceptual_roughness; or
+//                                                   the axes of `lobes`
 
 struct Material {
   specular: vec3f,  // a mirror's reflectance, Phong's specular share, GGX's f0, a metal's n
@@ -33,7 +34,7 @@ override DIFFUSES: bool = false;
 
 @group(2) @binding(0) var<uniform> material: Material;
 @group(2) @binding(1) var diffuse_map: texture_2d_array<f32>;
-@group(2) @binding(2) var dfg: texture_2d<f32>;
+@group(2) @binding(2) var table: texture_2d<f32>;
 
 // Weight of the radiance from the mirrored direction, for n·v from 0 to 1.
 fn specular_weight(n_dot_v: f32) -> vec3f {
@@ -45,7 +46,7 @@ fn specular_weight(n_dot_v: f32) -> vec3f {
       return fresnel_conductor(material.specular, material.k, n_dot_v);
     }
     case MATERIAL_GGX: {
-      let ab = bilinear(dfg, vec2f(n_dot_v, material.perceptual_roughness), true).xy;
+      let ab = bilinear(table, vec2f(n_dot_v, material.perceptual_roughness), true).xy;
       let f0 = material.specular;
       return (f0 * ab.x + ab.y) * (1.0 + f0 * (1.0 / (ab.x + ab.y) - 1.0));
     }

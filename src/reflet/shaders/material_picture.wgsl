@@ -3,6 +3,7 @@
 #import material
 #import mirror
 #import lookup
+#import lobes
 
 // Programs: meshes of an environment-mapped material, and env maps as their backdrop. Linear radiance; alpha is 1 on meshes, 0
 // behind them. Reflection is found for every fragment, from interpolated position and normal.
@@ -19,13 +20,27 @@ fn vertex_material(in: Vertex, @builtin(instance_index) instance: u32) -> Shaded
   return Shaded(view.clip_from_world * vec4f(world.position, 1.0), world.position, world.normal);
 }
 
-@fragment
-fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+// The unit view ray, and the unit normals of surface and triangle on the side that it comes from.
+struct Met {
+  ray: vec3f,
+  n: vec3f,
+  ng: vec3f,
+}
+
+// Takes derivatives.
+fn met(in: Shaded) -> Met {
   let ray = normalize(in.p - view.eye);
   let across = cross(dpdx(in.p), dpdy(in.p));  // the triangle's own normal, up to sign
   let ng = normalize(select(across, -across, dot(across, ray) > 0.0));
-  let n = normalize(select(in.normal, -in.normal, dot(in.normal, ng) < 0.0));
-  let r = mirrored(ray, n, ng);
+  return Met(ray, normalize(select(in.normal, -in.normal, dot(in.normal, ng) < 0.0)), ng);
+}
+
+@fragment
+fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+  let at = met(in);
+  let ray = at.ray;
+  let n = at.n;
+  let r = mirrored(ray, n, at.ng);
   // The hardware's derivatives are differences within a block of 2×2 pixels: drivers differ in which pixel's, and near a
   // triangle's edge the others' are extrapolated. That may move the LOD by a fraction of a level. A map whose levels are
   // filtered copies of each other hardly shows it; a PEM's are not, which is why its LOD has a rule of its own.
@@ -42,6 +57,14 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
     }
   }
   return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front), 1.0);
+}
+
+// A material given by its lobes. A normal that is interpolated away from the viewer is turned back until it grazes.
+@fragment
+fn material_lobes(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+  let at = met(in);
+  let n = normalize(at.n - max(dot(at.n, at.ray) + GRAZING, 0.0) * at.ray);
+  return vec4f(select(vec3f(0.0), reflected_by_lobes(n, -at.ray), front), 1.0);
 }
 
 @vertex
