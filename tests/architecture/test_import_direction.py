@@ -23,7 +23,7 @@ ROOMS = [
     "view",
     "report",
 ]
-PIPELINES = ["load", "bake", "compare", "convert", "join", "shade", "verify", "paper"]
+PIPELINES = ["load", "bake", "compare", "convert", "engine_maps", "join", "prefilter", "shade", "verify", "paper"]
 OPEN_TO_ALL = {"errors", "progress"}
 OWNERS = {"mitsuba": "trace", "drjit": "trace", "wgpu": "render"}
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))

@@ -15,6 +15,7 @@ from reflet.cli.compare import compare
 from reflet.cli.convert import convert
 from reflet.cli.info import info
 from reflet.cli.join import join
+from reflet.cli.prefilter import prefilter
 from reflet.cli.render import render
 from reflet.cli.sampling import sampling
 from reflet.cli.shade import shade
@@ -48,7 +49,7 @@ def commands() -> None:
     """
 
 
-for verb in (bake, render, compare, verify, view, info, convert, join, sampling, shade):
+for verb in (bake, render, compare, verify, view, info, convert, join, prefilter, sampling, shade):
     commands.add_command(verb)
 
 

@@ -58,6 +58,16 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
                 temporary.unlink()
 
 
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raises RefletError as `atomic_path` does where ``path`` could not be written: before hours of work, not after."""
+    with suppress(_UnwrittenError), atomic_path(path):
+        raise _UnwrittenError
+
+
+class _UnwrittenError(Exception):
+    """Leaves the block of `atomic_path` with nothing written."""
+
+
 def _sync(path: Path) -> None:
     handle = os.open(path, os.O_RDONLY)
     try:

@@ -126,15 +126,18 @@ def _padded_row(form: TexelFormat, columns: int) -> int:
     return row + -row % 4
 
 
-def write_ktx1_texture(path: str | os.PathLike[str], texture: Texture) -> None:
+def write_ktx1_texture(path: str | os.PathLike[str], texture: Texture, *, filament: bool = False) -> None:
     """Writes a texture, atomically; equal textures give equal bytes.
 
-    Raises RefletError where the file cannot be written, ValueError for formats that are only read.
+    ``filament``: R11G11B10F is marked as Filament's tools do, the only way that its reader knows it by. Raises
+    RefletError where the file cannot be written, ValueError for formats that are only read.
     """
     form = texture.texel_format
     if form.name not in _WRITTEN:
         raise ValueError(f"{form.name} is only read")
     gl_type, gl_format, internal, base = _WRITTEN[form.name]
+    if filament and form.name == "r11g11b10f":
+        gl_type = internal
     metadata = dict(texture.metadata)
     if metadata.get("KTXorientation") == b"rd":  # KTX 2.0's way to say it
         metadata["KTXorientation"] = b"S=r,T=d"

@@ -1,6 +1,6 @@
 """Prefiltered maps of GGX as mip levels: the one relation between roughness and LOD, and the maps made by it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,8 @@ from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.prefilter import Prefilter
+from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.prefilter import Prefilter, Progress, unheard
 
 _SMALLEST = 16  # rows of the last level by default: coarser ones would show their texels
 
@@ -42,20 +43,42 @@ def ggx_levels(
     size: int,
     level_count: int | None = None,
     scale: RoughnessScale = LINEAR,
+    progress: Progress = unheard,
 ) -> tuple[EnvImage, ...]:
     """The environment filtered with `GgxKernel`: level k, of ``size`` >> k rows, for the roughness ``scale`` gives it.
 
     Level 0 is a mirror's, the last one that of roughness 1.
 
-    ``level_count`` is by default that which ends at 16 rows. Raises RefletError for radiance that is negative or not
-    finite, and where there are fewer levels than 2 or more than ``size`` can be halved to.
+    ``level_count`` is by default that which ends at 16 rows. ``progress`` hears of texels made, and of all. Raises
+    RefletError for radiance that is negative or not finite, and where there are fewer levels than 2 or more than
+    ``size`` can be halved to.
     """
+    count = checked_level_count(size, level_count)
+    environment = Prefilter(image)
+    kernels = [GgxKernel(scale.roughness_of_level(level, count) ** 2) for level in range(1, count)]
+    return (resample(image, to, size), *filtered_levels(environment, kernels, to, size >> 1, progress))
+
+
+def checked_level_count(size: int, level_count: int | None) -> int:
+    """By default the levels down to 16 rows, at least 2. Raises RefletError for numbers that cannot be."""
     count = max(size // _SMALLEST, 2).bit_length() if level_count is None else level_count
     if not 2 <= count <= size.bit_length():
         raise RefletError(f"A map of {size} rows has 2 to {size.bit_length()} levels, not {count}; ask for fewer.")
-    environment = Prefilter(image)
-    levels = [resample(image, to, size)]
-    for level in range(1, count):
-        alpha = scale.roughness_of_level(level, count) ** 2
-        levels.append(environment.map(GgxKernel(alpha), to, size >> level))
-    return tuple(levels)
+    return count
+
+
+def filtered_levels(
+    environment: Prefilter, kernels: Sequence[Kernel], to: Parameterization, size: int, progress: Progress = unheard
+) -> list[EnvImage]:
+    """A map for each kernel, each of half as many rows as the one before; ``progress`` hears of texels."""
+    texels = [int(np.prod(to.shape(max(size >> k, 1)))) for k in range(len(kernels))]
+    levels: list[EnvImage] = []
+    for kernel in kernels:
+        before = sum(texels[: len(levels)])
+
+        def heard(done: int, total: int, before: int = before, own: int = texels[len(levels)]) -> None:
+            progress(before + own * done // total, sum(texels))
+
+        levels.append(environment.map(kernel, to, max(size >> len(levels), 1), heard))
+    progress(sum(texels), sum(texels))
+    return levels

@@ -22,6 +22,7 @@ from reflet.reflectance.quadrature import check_radiance
 Coefficients = Float[np.ndarray, "9 channels"]
 
 _BAND = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2])
+_CONSTANT = np.sqrt(np.array([1.0, 3.0, 3.0, 3.0, 15.0, 15.0, 1.25, 15.0, 3.75]) / (4.0 * np.pi))  # of Y_lm
 _COSINE = np.array([1.0, 2.0 / 3.0, 1.0 / 4.0])  # A_l
 
 
@@ -32,6 +33,14 @@ def irradiance_harmonics(image: EnvImage) -> Coefficients:
     """
     check_radiance(image)
     return project(image, 3) * _COSINE[_BAND, None]
+
+
+def polynomial_coefficients(coefficients: Coefficients) -> Coefficients:
+    """Factors p of the plain polynomials of a unit normal, for shaders: the harmonics' own constants multiplied in.
+
+    The function is p₀ + p₁y + p₂z + p₃x + p₄xy + p₅yz + p₆(3z² - 1) + p₇xz + p₈(x² - y²), [Ramamoorthi01, eq. 3].
+    """
+    return coefficients * _CONSTANT[:, None]
 
 
 def diffuse_map_from_harmonics(coefficients: Coefficients, to: Parameterization, size: int) -> EnvImage:

@@ -24,6 +24,8 @@ the limit for tolerance → 0.
 **Tiles.** Directions in one cell of a cube grid share the list of cells, found once for all of them.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
@@ -44,6 +46,14 @@ _FINER = 16  # times finer than its texels an environment is interpolated at mos
 _PER_TILE = 16  # directions
 _BINS = 4096  # of the half chord x = sin(θ/2), where verdicts are passed
 _ENTRIES = 4096  # of the table of k
+_TILES = 1024  # between two words on progress: some tenths of a second at most
+
+Progress = Callable[[int, int], None]
+"""Called with the number of directions done, and of all."""
+
+
+def unheard(done: int, total: int) -> None:
+    """Progress that nobody follows."""
 
 
 def prefiltered(image: EnvImage, kernel: Kernel, to: Parameterization, size: int) -> EnvImage:
@@ -64,12 +74,14 @@ class Prefilter:
         self.tolerance = tolerance
         self._tree: RadianceTree | None = None
 
-    def map(self, kernel: Kernel, to: Parameterization, size: int) -> EnvImage:
+    def map(self, kernel: Kernel, to: Parameterization, size: int, progress: Progress = unheard) -> EnvImage:
         """See `prefiltered`."""
         direction, _ = to.texel_directions(size)
-        return EnvImage(to, self.radiance(kernel, direction.reshape(-1, 3)).reshape(*to.shape(size), -1))
+        return EnvImage(to, self.radiance(kernel, direction.reshape(-1, 3), progress).reshape(*to.shape(size), -1))
 
-    def radiance(self, kernel: Kernel, direction: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n channels"]:
+    def radiance(
+        self, kernel: Kernel, direction: Float[np.ndarray, "n 3"], progress: Progress = unheard
+    ) -> Float[np.ndarray, "n channels"]:
         """The environment filtered with ``kernel`` around unit directions."""
         table, width = _table(kernel)
         total = np.float32(_total(kernel, width))
@@ -81,12 +93,19 @@ class Prefilter:
         ordered = direction[order].astype(np.float32)
         channels = tree.light.shape[1] - 1
         texels = np.empty((len(direction), channels), np.float32)
+        pieces = range(0, len(centre), _TILES)
         for first in range(0, channels, 3):
             some = min(3, channels - first)
             light = np.zeros((len(tree.light), 4), np.float32)
             light[:, :some], light[:, 3] = tree.light[:, first : first + some], tree.light[:, -1]
             sums = np.empty((len(direction), 4), np.float32)
-            gather(sums, ordered, starts, centre, tree.centre, light, tree.bright, tree.starts, verdict, table, width)
+            for tile in pieces:
+                some_starts, some_centres = starts[tile : tile + _TILES + 1], centre[tile : tile + _TILES]
+                gather(
+                    *(sums, ordered, some_starts, some_centres),
+                    *(tree.centre, light, tree.bright, tree.starts, verdict, table, width),
+                )
+                progress(first * len(direction) + some * int(some_starts[-1]), channels * len(direction))
             weight = np.maximum(sums[:, 3:], np.finfo(np.float32).tiny)
             texels[order, first : first + some] = sums[:, :some] / weight * total
         return texels

@@ -1,0 +1,117 @@
+"""``reflet prefilter``."""
+
+from pathlib import Path
+
+import click
+
+from reflet.cli.options import PARAMETERIZATION, from_option, layout_option
+from reflet.cli.progress import progress_bar
+
+
+@click.command(short_help="Filter an environment for glossy and diffuse materials, and for engines.")
+@click.argument("source", metavar="ENV", type=click.Path(path_type=Path))
+@click.option("--brdf", metavar="NAME[:VALUE]", help="What to filter with, see above.")
+@click.option("--engine", type=click.Choice(["gltf", "filament"]), help="Make all that an engine needs, in a folder.")
+@click.option(
+    "--sh", type=click.Path(path_type=Path), metavar="FILE.json", help="Write spherical harmonics of order 2."
+)
+@click.option(
+    "--parameterization",
+    "to",
+    type=PARAMETERIZATION,
+    help="Of the filtered map; by default a cube in .ktx2, .ktx and .dds, latlong in pictures.",
+)
+@click.option("--size", type=int, help="Rows of a face; by default what suits the BRDF, of cubes 256 at most.")
+@click.option("--levels", type=int, help="Number of levels by roughness; by default those down to 16 rows.")
+@layout_option
+@click.option("--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds.")
+@click.option(
+    "--texel-format",
+    type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
+    help="How texels are stored; by default half in textures, float in .exr.",
+)
+@click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
+@from_option
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The file to write; with --engine, the folder.")
+def prefilter(
+    source: Path,
+    brdf: str | None,
+    engine: str | None,
+    sh: Path | None,
+    to: str | None,
+    size: int | None,
+    levels: int | None,
+    layout: str | None,
+    mips: bool | None,
+    texel_format: str | None,
+    zstd: bool,
+    source_is: str | None,
+    output: Path | None,
+) -> None:
+    """Filters ENV, an environment map of any kind, once and for all directions, so that a renderer looks glossy and
+    diffuse reflections up instead of integrating them.
+
+    \b
+    BRDFs:
+      diffuse           irradiance/pi, looked up by the normal
+      phong:50          Phong's lobe of this exponent, looked up by the mirrored direction
+      ggx               mip levels by roughness, from a mirror's to roughness 1
+      ggx:0.5           one perceptual roughness alone
+      sheen, sheen:0.5  cloth, likewise
+      table:FILE        any isotropic BRDF, measured or computed: a folder of lobe maps
+
+    \b
+    Examples:
+      reflet prefilter studio.hdr --engine gltf -o studio         diffuse, GGX and sheen for the glTF Sample Viewer
+      reflet prefilter studio.hdr --engine filament -o studio     what Filament's cmgen makes, with skybox and sh.txt
+      reflet prefilter studio.hdr --brdf ggx -o studio.ktx2
+      reflet prefilter studio.hdr --brdf ggx -o 'studio_{level}.exr' --parameterization octahedral
+      reflet prefilter studio.hdr --brdf phong:50 -o shiny.hdr --size 256
+      reflet prefilter studio.hdr --brdf diffuse -o diffuse.ktx2 --sh studio.json
+      reflet prefilter studio.hdr --brdf table:paint.npz -o paint
+    """
+    from reflet.envmap.parameterizations import parameterization
+
+    if not (brdf or engine or sh):
+        raise click.UsageError("Say what to make: --brdf NAME, --engine NAME or --sh FILE.json.")
+    if brdf and engine:
+        raise click.UsageError("--engine makes all maps of its own; leave --brdf out.")
+    if bool(brdf or engine) != bool(output):
+        raise click.UsageError("Say where to write it: -o NAME." if brdf or engine else "-o needs --brdf or --engine.")
+    if engine and (to, levels, layout, mips, texel_format, zstd) != (None, None, None, None, None, False):
+        raise click.UsageError(
+            "--engine knows how its files are made; of the other options it takes --size and --from."
+        )
+    of_source = parameterization(source_is) if source_is else None
+    with progress_bar() as progress:
+        if sh:
+            from reflet.prefilter import harmonics
+
+            harmonics(source, sh, source_is=of_source, progress=progress)
+            click.echo(f"{sh} is written.")
+        if engine and output:
+            from reflet.engine_maps import engine_maps
+
+            for path in engine_maps(
+                source, output, engine, size=256 if size is None else size, source_is=of_source, progress=progress
+            ):
+                click.echo(f"{path} is written.")
+        elif brdf and output:
+            from reflet.prefilter import prefilter as prefilter_file
+
+            made = prefilter_file(
+                source,
+                output,
+                brdf,
+                to=parameterization(to) if to else None,
+                size=size,
+                level_count=levels,
+                source_is=of_source,
+                layout=layout,
+                mips=mips,
+                texel_format=texel_format,
+                zstd=zstd,
+                progress=progress,
+            )
+            of_levels = f", {len(made)} levels by roughness" if len(made) > 1 else ""
+            click.echo(f"{output} is written: {made[0].parameterization}, {made[0].size} rows a face{of_levels}.")
