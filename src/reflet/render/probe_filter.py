@@ -30,7 +30,7 @@ class ProbeFilter:
 
     ``size`` rows, a power of two; level k has ``size`` >> k. By default the kernels are `ggx_kernels`: sample at
     `RoughnessScale.lod_from_roughness`. Filters that look at the same environment may share a ``pyramid`` of this size.
-    Memory: 128·size² bytes, half of them the pyramid's.
+    ``result`` is the texture that is filled, the same every time. Memory: 128·size² bytes, half of them the pyramid's.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ProbeFilter:
             raise RefletError(
                 f"A cube of {size} rows has 1 to {size.bit_length() - 1} filtered levels, not {len(kernels)}."
             )
-        self._result = create_env_map(device, CUBE, size, len(kernels) + 1, HALF, FILLED)
+        self.result = create_env_map(device, CUBE, size, len(kernels) + 1, HALF, FILLED)
         self._lobes = [DeviceLobe(device, size, lobe_taps(kernel)) for kernel in kernels]
 
     def set_lobe(self, mip_level: int, lobe: LobeTaps) -> None:
@@ -55,13 +55,13 @@ class ProbeFilter:
         self._lobes[mip_level - 1].write(lobe)
 
     def refilter(self, encoder: wgpu.GPUCommandEncoder, source: EnvMapTexture) -> EnvMapTexture:
-        """The passes that filter a half-float cube, with mip levels if it is larger; the same texture every time."""
+        """The passes that filter a half-float cube, with mip levels if it is larger."""
         self.pyramid.fill(encoder, source)
         return self.filter_levels(encoder, source)
 
     def filter_levels(self, encoder: wgpu.GPUCommandEncoder, source: EnvMapTexture) -> EnvMapTexture:
         """The same, where the pyramid has been filled from this source."""
-        self.pyramid.mirror(encoder, source, self._result)
+        self.pyramid.mirror(encoder, source, self.result)
         for level, lobe in enumerate(self._lobes, start=1):
-            self.pyramid.filter(encoder, lobe, self._result, level)
-        return self._result
+            self.pyramid.filter(encoder, lobe, self.result, level)
+        return self.result
