@@ -8,6 +8,8 @@ from jaxtyping import Float, Float32
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image
 from reflet.files.ior_file import read_spectral_index
+from reflet.files.measured_brdf_file import read_measured_brdf
+from reflet.reflectance.lobes import fit_lobes
 from reflet.reflectance.material import (
     BLACK,
     WHITE,
@@ -22,6 +24,7 @@ from reflet.reflectance.material import (
     SurfaceMaterial,
 )
 from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.metals import METALS
 from reflet.reflectance.spectral import index_rgb
 from reflet.scene.bounds import bounding_sphere
@@ -39,6 +42,8 @@ BUILT_IN = ("sphere", "torus", "teapot")
 _MARGIN = 1.05  # room around the mesh's bounding sphere
 _AZIMUTH_DEG = -60.0  # before glTF's models, whose front is towards +z, and somewhat to their left
 
+_VIEW_ANGLES = 12  # of a BRDF's lobes, whose maps take some tenths of a second each
+
 # What comes after the colon
 MATERIALS = {
     "mirror": None,
@@ -48,6 +53,7 @@ MATERIALS = {
     "conductor": f"metal ({', '.join(METALS)}) or a .yml table of refractive indices",
     "phong": "exponent",
     "ggx": "perceptual roughness",
+    "table": "table of a BRDF, a .npz file",
 }
 
 
@@ -104,6 +110,10 @@ def surface_material(
         return Mirror(color)
     if name == "conductor":
         return _metal(value)
+    if name == "table":
+        if not value:
+            raise RefletError("The material table needs its file, such as table:satin.npz, as docs/brdf_table.md says.")
+        return Measured(fit_lobes(read_measured_brdf(value), angles=_VIEW_ANGLES))
     try:
         number = float(value)
     except ValueError as error:

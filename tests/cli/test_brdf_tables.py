@@ -1,4 +1,4 @@
-"""``reflet info`` of a BRDF table, and the example that writes one."""
+"""BRDF tables on the command line: what they hold, a picture of one, and the example that writes one."""
 
 import runpy
 from pathlib import Path
@@ -7,15 +7,43 @@ import numpy as np
 import pytest
 
 from reflet.cli.main import main
-from reflet.files.measured_brdf_file import read_measured_brdf
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.files.env_image_file import write_env_image
+from reflet.files.exr import read_exr
+from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
+from reflet.reflectance.measured_brdf import MeasuredBrdf
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "brdf_table.py"
 
 
-def info(path: Path) -> int:
+def reflet(*arguments: str | Path) -> int:
     with pytest.raises(SystemExit) as stop:
-        main(["info", str(path)])
+        main([str(argument) for argument in arguments])
     return stop.value.code or 0
+
+
+def grey(path: Path) -> Path:
+    """A table of diffuse reflection that reflects half of all light, without any more angles than needed."""
+    angles = np.array([0.0, 1.5])
+    write_measured_brdf(path, MeasuredBrdf(angles, angles, angles, np.full((2, 2, 2, 1), 0.5 / np.pi)))
+    return path
+
+
+def test_a_sphere_of_a_table_in_a_white_room_shows_its_albedo(tmp_path: Path) -> None:
+    room, out = tmp_path / "white.exr", tmp_path / "out.exr"
+    write_env_image(room, [EnvImage(PARAMETERIZATIONS["latlong"], np.ones((1, 16, 32, 3), np.float32))])
+    material = f"table:{grey(tmp_path / 'grey.npz')}"
+    assert reflet("shade", "sphere", room, "--material", material, "--size", "32", "--samples", "1", "-o", out) == 0
+    np.testing.assert_allclose(read_exr(out)[12:20, 12:20], 0.5, atol=1e-3)  # the fit's error (test_lobes)
+
+
+@pytest.mark.parametrize(("material", "words"), [("table", "table:satin.npz"), ("table:none.npz", "none.npz")])
+def test_tables_that_are_none_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], material: str, words: str
+) -> None:
+    assert reflet("shade", "sphere", tmp_path / "none.hdr", "--material", material, "-o", tmp_path / "out.png") == 2
+    assert words in capsys.readouterr().err
 
 
 def test_the_example_table_is_written_read_and_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -27,7 +55,7 @@ def test_the_example_table_is_written_read_and_told_of(tmp_path: Path, capsys: p
     exact = example["measured"](10.0, 0.0).values
     assert np.std(made.values / exact - 1.0) == pytest.approx(example["NOISE"], rel=0.05)  # 6,000 values
     capsys.readouterr()
-    assert info(tmp_path / "satin.npz") == 0
+    assert reflet("info", tmp_path / "satin.npz") == 0
     told = capsys.readouterr().out
     for words in ("isotropic BRDF, RGB", "from 0° to 80°", "reciprocity", "error of one lobe", "diffuse + glossy"):
         assert words in told, told
@@ -40,5 +68,5 @@ def test_the_example_table_is_written_read_and_told_of(tmp_path: Path, capsys: p
 def test_an_anisotropic_table_is_refused_in_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, angles = tmp_path / "brushed.npz", np.array([0.0, 1.0])
     np.savez(path, theta_i=angles, theta_o=angles, phi_i=angles, phi_o=angles, values=np.ones((2, 2, 2, 2)))
-    assert info(path) == 2
+    assert reflet("info", path) == 2
     assert "anisotropic" in capsys.readouterr().err

@@ -119,9 +119,9 @@ def test_reported_error_is_that_of_the_hemisphere() -> None:
 @pytest.mark.parametrize("exponent", [10.0, 500.0])
 def test_half_width_of_phong(exponent: float) -> None:
     lobe = fit_lobes(Phong(exponent), ("glossy",), 2).lobes[0]
-    # To the entry of `THETA` below.
-    exact = np.arccos(0.5 ** (1.0 / exponent))
-    assert 0.0 < exact - lobe.half_width < np.diff(THETA)[np.searchsorted(THETA, exact)]
+    # ∫ (N + 1)/2π·cosᴺθ dω where cos θ > c is 1 - c^(N + 1). To an entry of `THETA`, or two where the horizon cuts.
+    exact = np.arccos(0.5 ** (1.0 / (exponent + 1.0)))
+    assert abs(lobe.half_width - exact) < 2.0 * np.diff(THETA)[np.searchsorted(THETA, exact)]
 
 
 def test_view_cosines_end_at_the_normal() -> None:

@@ -56,11 +56,13 @@ def shade(
       conductor:Au            polished metal: Au, Ag, Cu, Al, or a .yml from refractiveindex.info
       phong:50                Phong's lobe of this exponent
       ggx:0.3                 glTF's material of this perceptual roughness, with --metallic
+      table:satin.npz         any isotropic BRDF, measured or computed (docs/brdf_table.md), as three lobes
 
     \b
     Examples:
       reflet shade teapot studio.hdr --material coated:1.5 --albedo 0.5,0.02,0.02 -o red.png
       reflet shade torus studio.hdr --material conductor:Au -o gold.exr
+      reflet shade teapot studio.hdr --material table:satin.npz -o satin.png
       reflet shade chair.glb studio.ktx2 --material ggx:0.3 --metallic 1 --turn 90 -o chair.png
     """
     import numpy as np

@@ -63,7 +63,7 @@ def brdf_map_3d(
 
 
 def rows_for(lobes: Lobes, to: Parameterization, at_most: int) -> int:
-    """Rows a face, a power of two, such that two texels lie between every lobe's middle and its half height."""
+    """Rows a face, a power of two, such that two texels fit into every lobe's half width."""
     half_width = min((lobe.half_width for lobe in lobes.lobes), default=np.pi)
     size = 8
     while size < at_most and 2.0 * np.sqrt(4.0 * np.pi / np.prod(to.shape(size))) > half_width:

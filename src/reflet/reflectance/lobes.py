@@ -59,23 +59,25 @@ class Lobe:
 
     @property
     def albedo(self) -> Float[np.ndarray, "angles channels"]:
-        """∫ k dω: 2π·∫ k·sin θ dθ, by two Gauss nodes between entries, good to (π/48)⁵."""
+        """∫ k dω."""
+        return self._rings().sum(1)
+
+    @property
+    def half_width(self) -> float:
+        """The least angle, in radians, within which half of a slice's albedo lies; slices of little albedo aside."""
+        rings = self._rings().sum(-1)
+        albedo = rings.sum(1)
+        within = np.cumsum(rings, 1)[albedo > 0.1 * albedo.max()]
+        return float(THETA[1 + (within < 0.5 * within[:, -1:]).sum(1).min(initial=len(THETA) - 2)])
+
+    def _rings(self) -> Float[np.ndarray, "angles rings channels"]:
+        """∫ k dω = 2π·∫ k·sin θ dθ between entries of `THETA`, by two Gauss nodes, good to (π/48)⁵."""
         node = np.array([-1.0, 1.0]) / np.sqrt(3.0)
         share = (0.5 + 0.5 * node)[:, None]
         theta = (1.0 - share) * THETA[:-1] + share * THETA[1:]
         weight = np.pi * np.sin(theta) * np.diff(THETA)  # 2π, halved for each of two nodes
-        lower, upper = self.densities[:, :-1], self.densities[:, 1:]
-        return np.einsum(
-            "st,astc->ac", weight, lower[:, None] * (1.0 - share[..., None]) + upper[:, None] * share[..., None]
-        )
-
-    @property
-    def half_width(self) -> float:
-        """The least angle, in radians, within which a slice's density falls to half of its most."""
-        brightness = self.densities.mean(-1)
-        above = brightness >= 0.5 * brightness.max(-1, keepdims=True)
-        lit = brightness.max(-1) > 0.0
-        return float(min((THETA[row].max() for row in above[lit]), default=np.pi))
+        lower, upper = self.densities[:, None, :-1], self.densities[:, None, 1:]
+        return np.einsum("st,astc->atc", weight, lower * (1.0 - share[..., None]) + upper * share[..., None])
 
 
 @dataclass(frozen=True, eq=False)
