@@ -23,7 +23,19 @@ ROOMS = [
     "view",
     "report",
 ]
-PIPELINES = ["load", "bake", "compare", "convert", "engine_maps", "join", "prefilter", "shade", "verify", "paper"]
+PIPELINES = [
+    "load",
+    "bake",
+    "compare",
+    "convert",
+    "engine_maps",
+    "join",
+    "prefilter",
+    "shade",
+    "sketch",
+    "verify",
+    "paper",
+]
 OPEN_TO_ALL = {"errors", "progress"}
 OWNERS = {"mitsuba": "trace", "drjit": "trace", "wgpu": "render"}
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))

@@ -19,6 +19,7 @@ from reflet.cli.prefilter import prefilter
 from reflet.cli.render import render
 from reflet.cli.sampling import sampling
 from reflet.cli.shade import shade
+from reflet.cli.sketch import sketch
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning
@@ -43,13 +44,14 @@ def commands() -> None:
       reflet convert studio.hdr studio.ktx2 --to cube  from any parameterization and format to any other
       reflet join front.jpg back.jpg -o room.exr       two fisheye or mirror ball pictures into one map
       reflet shade teapot studio.hdr --material coated:1.5 -o red.png   a mesh in an environment
+      reflet sketch gooch+silhouette -o map.ktx2       a drawn map, for non-photorealistic pictures
       reflet sampling                                  what each parameterization spends its texels on
 
     `reflet VERB --help` explains each verb with examples.
     """
 
 
-for verb in (bake, render, compare, verify, view, info, convert, join, prefilter, sampling, shade):
+for verb in (bake, render, compare, verify, view, info, convert, join, prefilter, sampling, shade, sketch):
     commands.add_command(verb)
 
 

@@ -10,12 +10,6 @@ from reflet.npr.drawing import Color, Drawing, Pixel
 Rgb = tuple[float, float, float]
 
 
-def linear_from_srgb(color: Rgb) -> Rgb:
-    """Shares of light of a display's colour, all in [0, 1]."""
-    r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color)
-    return r, g, b
-
-
 @dataclass(frozen=True)
 class Gooch(Drawing):
     """w·warm + (1 - w)·cool with w = (1 + l·n)/2. Implements [Gooch98, eq. 2].

@@ -1,0 +1,88 @@
+"""Non-photorealistic pictures and maps: a mesh that shows a map as it is, by how it is turned to the viewer."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float32
+
+from reflet.envmap.dual_paraboloid import DualParaboloid
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterization import Parameterization
+from reflet.errors import RefletError
+from reflet.files.env_image_file import write_env_image
+from reflet.npr.drawing import Drawing, drawn_levels
+from reflet.npr.drawings import SIZE, drawing
+from reflet.reflectance.map_material import Lookup, MapMaterial
+from reflet.scene.camera import Camera
+from reflet.scene.mesh import Mesh
+
+LEVEL = "{level}"
+_TEXTURES = (".ktx2", ".ktx", ".dds")
+
+
+def sketch_levels(
+    drawn: str | Drawing, parameterization: Parameterization | None = None, size: int = SIZE, seed: int = 1
+) -> tuple[EnvImage, ...]:
+    """A drawing (`drawing`) as a map by the viewer's normal, all mip levels drawn, finest first.
+
+    Of the parameterizations the dual paraboloid, which is the default, holds drawings best: seen from the viewer it is
+    the same all around, and its texels are square.
+    """
+    chosen = drawing(drawn, seed) if isinstance(drawn, str) else drawn
+    return drawn_levels(chosen, parameterization or DualParaboloid(), size)
+
+
+def write_sketch(path: str | Path, levels: Sequence[EnvImage]) -> tuple[Path, ...]:
+    """Writes a drawn map; the files it wrote.
+
+    .ktx2, .ktx and .dds hold all levels. Of other formats one file holds the finest level; a ``path`` with ``{level}``
+    in its name is one file for every level.
+    """
+    path = Path(path)
+    if LEVEL in path.name:
+        files = tuple(path.with_name(path.name.replace(LEVEL, str(k))) for k in range(len(levels)))
+        for file, level in zip(files, levels, strict=True):
+            write_env_image(file, [level])
+        return files
+    write_env_image(path, levels if path.suffix.lower() in _TEXTURES else levels[:1])
+    return (path,)
+
+
+def lookup_named(text: str) -> Lookup:
+    """``reflection``, ``normal``, ``view-reflection`` or ``view-normal``. Raises RefletError for anything else."""
+    names = {each.name.lower().replace("_", "-"): each for each in Lookup}
+    if text not in names:
+        raise RefletError(f"A map is looked up by {', '.join(names)}, such as map:view-normal, not {text!r}.")
+    return names[text]
+
+
+def sketch(
+    mesh: Mesh,
+    levels: Sequence[EnvImage],
+    camera: Camera,
+    lookup: Lookup = Lookup.VIEW_NORMAL,
+    samples: int = 16,
+) -> Float32[np.ndarray, "height width 4"]:
+    """The mesh as the map colours it, linear, before nothing; coverage in alpha. Backs of single-sided faces are black.
+
+    `on_paper` puts paper behind it. ``samples`` are 1, 4 or 16 a pixel.
+    """
+    from reflet.render.env_map_renderer import EnvMapRenderer
+    from reflet.render.env_map_texture import upload_env_map
+
+    renderer = EnvMapRenderer(mesh)
+    return renderer.picture(
+        upload_env_map(renderer.device, levels),
+        camera,
+        samples=samples,
+        backdrop=False,
+        material=renderer.programs.material(MapMaterial(lookup)),
+    )
+
+
+def on_paper(
+    picture: Float32[np.ndarray, "height width 4"], paper: tuple[float, float, float] = (1.0, 1.0, 1.0)
+) -> Float32[np.ndarray, "height width 3"]:
+    """The picture before a sheet of this colour."""
+    return (picture[..., :3] + (1.0 - picture[..., 3:]) * np.asarray(paper)).astype(np.float32)
