@@ -1,18 +1,19 @@
-"""Non-photorealistic pictures and maps: a mesh that shows a map as it is, by how it is turned to the viewer."""
+"""Non-photorealistic maps, and pictures of meshes that show a map as it is, by how they are turned to the viewer."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float, Float32
 
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
-from reflet.files.env_image_file import write_env_image
+from reflet.files.env_image_file import read_levels, write_env_image
 from reflet.npr.drawing import Drawing, drawn_levels
-from reflet.npr.drawings import SIZE, drawing
+from reflet.npr.drawings import SIZE, drawing, is_drawing
 from reflet.reflectance.map_material import Lookup, MapMaterial
 from reflet.scene.camera import Camera
 from reflet.scene.mesh import Mesh
@@ -49,6 +50,34 @@ def write_sketch(path: str | Path, levels: Sequence[EnvImage]) -> tuple[Path, ..
     return (path,)
 
 
+def shows_map(material: str) -> bool:
+    """Whether a material's name asks for a drawing or, by ``map:LOOKUP``, for a map file shown as it is."""
+    return is_drawing(material) or material.partition(":")[0] == "map"
+
+
+def map_material(
+    material: str, source: str | Path | None = None, source_is: Parameterization | None = None
+) -> tuple[tuple[EnvImage, ...], Lookup]:
+    """The map of a material that `shows_map`, with its mip levels, and how it is looked up.
+
+    ``source_is`` is the parameterization of the file ``source`` where that does not tell. Levels that it lacks are
+    filtered. Raises RefletError where a drawing has a file, or a map none.
+    """
+    if is_drawing(material):
+        if source is not None:
+            raise RefletError(
+                f"The drawing {material} needs no environment, and {source} came; leave it out, or show that map by "
+                "map:view-normal."
+            )
+        return sketch_levels(material), Lookup.VIEW_NORMAL
+    lookup = lookup_named(material.partition(":")[2])
+    if source is None:
+        raise RefletError(f"The material {material} shows a map, and none came; give its file after the mesh.")
+    levels = read_levels(source, source_is)
+    size = levels[0].size
+    return (levels if len(levels) > 1 or size & (size - 1) else mip_images(levels[0])), lookup
+
+
 def lookup_named(text: str) -> Lookup:
     """``reflection``, ``normal``, ``view-reflection`` or ``view-normal``. Raises RefletError for anything else."""
     names = {each.name.lower().replace("_", "-"): each for each in Lookup}
@@ -63,10 +92,12 @@ def sketch(
     camera: Camera,
     lookup: Lookup = Lookup.VIEW_NORMAL,
     samples: int = 16,
+    map_from_world: Float[np.ndarray, "3 3"] | None = None,
 ) -> Float32[np.ndarray, "height width 4"]:
     """The mesh as the map colours it, linear, before nothing; coverage in alpha. Backs of single-sided faces are black.
 
-    `on_paper` puts paper behind it. ``samples`` are 1, 4 or 16 a pixel.
+    `on_paper` puts paper behind it. ``samples`` are 1, 4 or 16 a pixel. Lookups by directions of the world go by
+    ``map_from_world``, a rotation.
     """
     from reflet.render.env_map_renderer import EnvMapRenderer
     from reflet.render.env_map_texture import upload_env_map
@@ -75,6 +106,7 @@ def sketch(
     return renderer.picture(
         upload_env_map(renderer.device, levels),
         camera,
+        frame=map_from_world,
         samples=samples,
         backdrop=False,
         material=renderer.programs.material(MapMaterial(lookup)),

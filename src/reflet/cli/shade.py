@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import Vector
+from reflet.cli.options import Vector, from_option
 
 RGB = Vector()
 RGB.name = "R,G,B"
@@ -12,7 +12,7 @@ RGB.name = "R,G,B"
 
 @click.command(short_help="Draw a mesh of some material in an environment.")
 @click.argument("mesh", metavar="MESH")
-@click.argument("environment", metavar="ENV", type=click.Path(path_type=Path))
+@click.argument("environment", metavar="[ENV]", type=click.Path(path_type=Path), required=False)
 @click.option("--material", required=True, metavar="NAME[:VALUE]", help="See above.")
 @click.option("--albedo", type=RGB, help="Diffuse colour, base colour, or a mirror's reflectance; linear, 0 to 1.")
 @click.option("--specular", type=RGB, help="Phong's specular share; by default what --albedo leaves.")
@@ -24,11 +24,12 @@ RGB.name = "R,G,B"
 @click.option("--samples", type=click.Choice(["1", "4", "16"]), default="16", show_default=True, help="Per pixel.")
 @click.option("--size", type=click.IntRange(1), default=512, show_default=True, help="Pixels along an edge.")
 @click.option("--exposure", type=float, default=1.6, show_default=True, help="Of a .png.")
+@from_option
 @click.option("--no-backdrop", is_flag=True, help="Leave what is behind the mesh transparent.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
 def shade(
     mesh: str,
-    environment: Path,
+    environment: Path | None,
     material: str,
     albedo: tuple[float, float, float] | None,
     specular: tuple[float, float, float] | None,
@@ -40,6 +41,7 @@ def shade(
     samples: str,
     size: int,
     exposure: float,
+    source_is: str | None,
     no_backdrop: bool,
     output: Path,
 ) -> None:
@@ -59,27 +61,52 @@ def shade(
       table:satin.npz         any isotropic BRDF, measured or computed (docs/brdf_table.md), as three lobes
 
     \b
+    Without ENV, drawings on white paper (see reflet sketch), several joined by +:
+      silhouette hatching window gooch, with a width in pixels: gooch+silhouette:3
+    ENV itself, not tone-mapped, looked up by one of reflection normal view-reflection view-normal:
+      map:view-normal         what reflet sketch draws; matcaps are map:view-reflection of a gazing_ball
+
+    \b
     Examples:
       reflet shade teapot studio.hdr --material coated:1.5 --albedo 0.5,0.02,0.02 -o red.png
       reflet shade torus studio.hdr --material conductor:Au -o gold.exr
       reflet shade teapot studio.hdr --material table:satin.npz -o satin.png
       reflet shade chair.glb studio.ktx2 --material ggx:0.3 --metallic 1 --turn 90 -o chair.png
+      reflet shade teapot --material gooch+silhouette -o drawing.png
     """
     import numpy as np
 
+    from reflet.envmap.parameterizations import parameterization
     from reflet.errors import RefletError
+    from reflet.files.env_image_file import read_env_image
     from reflet.files.exr import write_exr
+    from reflet.files.picture_file import write_picture_file
     from reflet.files.png import write_png
+    from reflet.reflectance.material_maps import EnvironmentMaps
     from reflet.report.measures import picture_srgb
+    from reflet.shade import frame_mesh, load_mesh, surface_material, turn_about_vertical
     from reflet.shade import shade as draw
-    from reflet.shade import surface_material
+    from reflet.sketch import map_material, on_paper, shows_map, sketch
 
     suffix = output.suffix.lower()
     if suffix not in (".png", ".exr"):
         raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
+    kind = parameterization(source_is) if source_is else None
+    if shows_map(material):
+        levels, lookup = map_material(material, environment, kind)
+        shape = load_mesh(mesh)
+        orbit = frame_mesh(shape, azimuth_deg=azimuth, elevation_deg=elevation, distance=distance, image_size=size)
+        drawn = sketch(shape, levels, orbit.camera(), lookup, int(samples), turn_about_vertical(turn))
+        write_picture_file(output, drawn if no_backdrop else on_paper(drawn), {})
+        click.echo(f"{output} is written.")
+        return
+    if environment is None:
+        raise RefletError(
+            f"The material {material} is lit by an environment, and none came; name a file after the mesh."
+        )
     picture = draw(
         mesh,
-        environment,
+        EnvironmentMaps(read_env_image(environment, kind)),
         surface_material(material, albedo, specular, metallic),
         azimuth_deg=azimuth,
         elevation_deg=elevation,
