@@ -14,11 +14,12 @@ the error to be that of k averaged over four points at distance h = R/√3 aroun
 
 A cell is used if e ≤ tolerance·(k + 0.3/4π) wherever it may lie as seen from its tile, and else opened. The errors
 of all cells add up to at most tolerance·(L(r) + 0.3·the mean of L over all directions); they are of both signs, and in
-practice a tenth of that is left. A kernel's bend at the horizon makes e large on a thin ring and nowhere else: as it
-is the sum over cells that counts, e may also pass by its mean over a fifth of θ to either side. That holds for light
-that is spread out. Bright cells (suns, lamps), few as they are, must pass at every angle, with a tenth of the floor:
-near the horizon of a sun there may be no other light to hide its error. Where opening ends, at the finest level,
-cells are used as they are. Finally L is divided by Σ k·Ω and multiplied by ∫ k dω, as in `quadrature`, whose sum is
+practice a tenth of that is left (up to an eighth with wide lobes, whose few cells are all alike: they get less of
+it). A kernel's bend at the horizon makes e large on a thin ring and nowhere else: as it is the sum over cells that
+counts, e may also pass by its mean over a fifth of θ to either side. That holds for light that is spread out. Bright
+cells (suns, lamps), few as they are, must pass at every angle, with a tenth of the floor: near the horizon of a sun
+there may be no other light to hide its error. Where opening ends, at the finest level, cells are used as they are.
+Finally L is divided by Σ k·Ω and multiplied by ∫ k dω, as in `quadrature`, whose sum is
 the limit for tolerance → 0.
 
 **Tiles.** Directions in one cell of a cube grid share the list of cells, found once for all of them.
@@ -39,6 +40,7 @@ from reflet.reflectance.quadrature import check_radiance
 from reflet.reflectance.radiance_tree import RadianceTree, cell_radius, radiance_tree
 
 TOLERANCE = 0.01
+_WIDE, _OF_WIDE = 0.3, 0.6  # lobes of this half chord at half height and more get so much of the tolerance
 _FLOOR = 0.3 / (4.0 * np.pi)  # see the module
 _FINEST = 1024  # cells along a cube face's edge at most: 0.09°
 _SUN = 512  # cells along the edge for the sake of suns, whatever the lobe, if texels are as small
@@ -89,7 +91,8 @@ class Prefilter:
         if tree is None:
             return radiance_at(self.image, direction).astype(np.float32) * total
         order, starts, centre, radius = _tiles(direction)
-        verdict = _verdicts(kernel, tree.level_count, radius, self.tolerance)
+        tolerance = self.tolerance * (_OF_WIDE if width >= _WIDE else 1.0)
+        verdict = _verdicts(kernel, tree.level_count, radius, tolerance)
         ordered = direction[order].astype(np.float32)
         channels = tree.light.shape[1] - 1
         texels = np.empty((len(direction), channels), np.float32)

@@ -13,7 +13,7 @@ from reflet.reflectance.prefilter import Prefilter, Progress, unheard
 # perceptual_roughness: there the lobe, a ring along the horizon, is 5° wide; below, engines have fits that end as well
 _LEAST = 0.2
 _FINEST = 64  # rows of a cube, 1.4°: interpolated between, rings of 5° err by (1.4/5)²/8 or 1 % of what they vary
-_TOLERANCE = 0.06  # of the cells: a tenth of a per cent is left, and a third of the time
+_TOLERANCE = 0.1  # of the cells: a tenth of a per cent is left, and a third of the time
 
 
 def sheen_levels(
