@@ -15,7 +15,7 @@ from pathlib import Path
 
 import reflet
 from reflet.bake import LOD_BIAS
-from reflet.envmap.mip_chain import CubeMipChain
+from reflet.envmap.mip_chain import MipChain
 from reflet.files.png import write_png
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.pem.pem import Layer
@@ -29,7 +29,7 @@ def main(out: Path) -> None:
     """Bakes one viewpoint into ``out/pem`` and writes two pictures of it."""
     scene = reflet.load_scene("teapot-room")
     space = reflet.orbit_space(reflet.frame_orbit(scene, image_size=128), views=1, spacing_deg=2.0)
-    camera, teapot, chain = space.camera(0), scene.objects[0], CubeMipChain(64)
+    camera, teapot, chain = space.camera(0), scene.objects[0], MipChain(64)
 
     # Trace: the layers of the picture, and the static env map from the teapot's centre.
     tracer = reflet.Tracer(scene, irradiance_spp=16)
