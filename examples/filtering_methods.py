@@ -11,8 +11,8 @@ shows the front's map, a sphere and a teapot that reflect with it, and how far e
 share of the map's mean radiance: black is none, white a half. Printed are the L1 error over all directions and times.
 
 What correct looks like: all four blur alike, without a seam; the hierarchical method's error is black. The hardware
-method makes a sun a disc with a ragged edge: it cuts the lobe off at a tenth of its height, in a filter of 7² texels. The
-taps make it soft, a little out of round.
+method makes a sun a disc with a ragged edge: it cuts the lobe off at a tenth of its height, in a filter of 7² texels.
+The taps make it soft, a little out of round.
 """
 
 import sys
