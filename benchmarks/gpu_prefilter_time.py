@@ -2,22 +2,25 @@
 
     .venv/bin/python benchmarks/gpu_prefilter_time.py [ENVIRONMENT] [ROWS]
 
-The environment is any map file (by default the labelled court), ROWS those of a filtered map's faces (512, as in the
-notes). A *plain lookup* is a frame of a mirror sphere, 512² pixels with one lookup of an unfiltered cube each. Ways
-alternate and medians count, so that a busy machine changes the ratios little.
+The environment is any map file (by default the labelled court), ROWS those of a filtered paraboloid's faces (512, as in
+the notes); cubes have half as many. A *plain lookup* is a frame of a mirror sphere, 512² pixels with one lookup of an
+unfiltered cube each. Ways alternate and medians count, so that a busy machine changes the ratios little.
 
-First the paper's hardware method on dual paraboloids, in the table of [Heidrich00, sec. 3.2.5], then `ProbeFilter`'s
-chain for GGX on cubes of half as many rows, level by level.
+First Phong's lobe: the paper's hardware method on dual paraboloids, in the table of [Heidrich00, sec. 3.2.5], and
+beside it taps from a smooth pyramid (`LiveEnvironment`), into a cube of a quarter of its rows. Then `ProbeFilter`'s chain for
+GGX, level by level. At last whole frames of a teapot whose environment and exponent are new in each.
 
 The *error* is the L1 error relative to brute force (`quadrature`), as Manson and Sloan measure: the sum of absolute
 differences over that of the reference, all channels, over texels drawn at random, each weighted by its solid angle.
 Sources have the rows of the filtered map (the cube: level 0 of the chain). Beside the chain: 32 importance samples a
-texel, half vectors by the density of GGX, levels by the solid angle of a sample [Colbert07], from the same pyramid.
+texel, half vectors by the density of GGX, levels by the solid angle of a sample [Colbert07]; from a cube's ordinary mip
+levels, which is how engines do it and what Manson and Sloan compare with, and from the smooth pyramid.
 """
 
 import sys
 import time
 from collections.abc import Callable, Mapping
+from functools import cache, partial
 
 import numpy as np
 import wgpu
@@ -25,23 +28,30 @@ import wgpu
 from reflet.envmap.cube import CUBE
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
+from reflet.envmap.texture_filter import taps as texture_taps
 from reflet.files.env_image_file import read_env_image
-from reflet.reflectance.ggx import d_ggx
+from reflet.reflectance.ggx import GgxKernel, d_ggx
 from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lobe_taps import LobeTaps, lobe_taps
+from reflet.reflectance.lobe_taps import LobeTaps
+from reflet.reflectance.material import GlossyGgx, GlossyPhong, Mirror, SurfaceMaterial
 from reflet.reflectance.phong import PhongKernel
 from reflet.reflectance.plane_filter import plane_filters
 from reflet.reflectance.quadrature import filtered_reference
 from reflet.render.device import adapter_name, shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
 from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
+from reflet.render.live_environment import LiveEnvironment
+from reflet.render.material_renderer import MaterialRenderer
 from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.probe_filter import ProbeFilter, ggx_kernels
 from reflet.scene.camera import Camera
 from reflet.scene.labelled_court import labelled_court
 from reflet.scene.primitives import sphere_mesh
+from reflet.shade import frame_mesh, load_mesh
 
 ROUNDS = 7
 CHECKED = 400  # texels
@@ -49,7 +59,7 @@ SAMPLES = 32
 NOTES = {10: 25, 50: 20, 100: 16, 250: 16, 500: 9}  # frames a second on the SGI O2 of the notes, by exponent
 
 
-def median_times(ways: Mapping[str, Callable[[], None]]) -> dict[str, float]:
+def median_times(ways: Mapping[str, Callable[[], object]]) -> dict[str, float]:
     """Milliseconds a frame."""
     times = np.empty((ROUNDS + 1, len(ways)))
     for row in times:
@@ -65,24 +75,39 @@ def submitted(device: wgpu.GPUDevice, passes: Callable[[wgpu.GPUCommandEncoder],
     encoder = device.create_command_encoder()
     env_map = passes(encoder)
     device.queue.submit([encoder.finish()])
+    return waited_for(env_map)
+
+
+def waited_for(env_map: EnvMapTexture) -> EnvMapTexture:
+    """The map when all that fills it is done."""
     last = {"texture": env_map.texture, "mip_level": env_map.texture.mip_level_count - 1}
-    device.queue.read_texture(last, {"bytes_per_row": 256, "rows_per_image": 1}, (1, 1, 1))
+    env_map.device.queue.read_texture(last, {"bytes_per_row": 256, "rows_per_image": 1}, (1, 1, 1))
     return env_map
+
+
+def checked(kind: Parameterization, size: int, source: EnvImage, kernel: Kernel) -> tuple[np.ndarray, np.ndarray]:
+    """Directions of some texels, the same at every call, and what they should hold."""
+    direction = kind.texel_directions(size)[0].reshape(-1, 3)[some_texels(kind, size)]
+    return direction, filtered_reference(source, kernel, direction)
+
+
+@cache
+def some_texels(kind: Parameterization, size: int) -> np.ndarray:
+    """Drawn at random, each as likely as it is large."""
+    weight = kind.texel_solid_angle(size).ravel()
+    return np.random.default_rng(0).choice(len(weight), CHECKED, p=weight / weight.sum())
 
 
 def error(env_map: EnvMapTexture, level: int, source: EnvImage, kernel: Kernel) -> float:
     """See the module."""
     kind, size = env_map.parameterization, env_map.size >> level
-    weight = kind.texel_solid_angle(size).ravel()
-    some = np.random.default_rng(0).choice(len(weight), CHECKED, p=weight / weight.sum())
-    direction = kind.texel_directions(size)[0].reshape(-1, 3)[some]
-    expected = filtered_reference(source, kernel, direction)
-    texels = env_map.read(level).texels.reshape(-1, 4)[some, :3].astype(float)
+    _, expected = checked(kind, size, source, kernel)
+    texels = env_map.read(level).texels.reshape(-1, 4)[some_texels(kind, size), :3].astype(float)
     return float(np.abs(texels - expected).sum() / expected.sum())
 
 
 def importance_samples(alpha: float) -> LobeTaps:
-    """Hammersley's points; a sample's texel is as large as the solid angle that it stands for."""
+    """Hammersley's points; ``blur`` is the edge of the solid angle that a sample stands for, that of its texel."""
     u = (np.arange(SAMPLES) + 0.5) / SAMPLES
     v = np.array([int(f"{k:05b}"[::-1], 2) / SAMPLES for k in range(SAMPLES)])
     n_dot_h = np.sqrt((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u))
@@ -91,7 +116,29 @@ def importance_samples(alpha: float) -> LobeTaps:
     above = direction[:, 2] > 0.0
     edge = np.sqrt(4.0 / (SAMPLES * d_ggx(n_dot_h, alpha)))
     weight = direction[above, 2]
-    return LobeTaps(direction[above], 0.6 * edge[above], weight / weight.sum())  # blur of a texel: `probe_filter`
+    return LobeTaps(direction[above], edge[above], weight / weight.sum())
+
+
+def from_smooth_pyramid(samples: LobeTaps) -> LobeTaps:
+    """The same as blurs: 0.6 of a texel (`probe_pyramid`)."""
+    return LobeTaps(samples.direction, 0.6 * samples.blur, samples.weight)
+
+
+def sampled_error(source: EnvImage, kernel: GgxKernel, size: int) -> float:
+    """The error of samples from ordinary mip levels of a cube, in texels of a level of ``size`` rows."""
+    chain = MipChain(source.size)
+    mips = np.concatenate([each.texels.reshape(-1, 3) for each in mip_images(source)]).astype(float)
+    r, expected = checked(CUBE, size, source, kernel)
+    right = np.cross(r, np.where(np.abs(r[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]]))
+    right /= np.linalg.norm(right, axis=-1, keepdims=True)
+    frames = np.stack([right, np.cross(r, right), r], 1)
+    samples = importance_samples(kernel.alpha)
+    lod = np.clip(np.log2(samples.blur * source.size * np.sqrt(6.0 / (4.0 * np.pi))), 0.0, chain.level_count - 1.0)
+    total = np.zeros_like(expected)
+    for direction, level, weight in zip(samples.direction, lod, samples.weight, strict=True):
+        indices, weights = texture_taps(chain, direction @ frames, np.full(len(r), level))
+        total += weight * np.einsum("nt,ntc->nc", weights, mips[indices])
+    return float(np.abs(total - expected).sum() / expected.sum())
 
 
 def environment(path: str | None, to: Parameterization, rows: int) -> EnvImage:
@@ -101,56 +148,118 @@ def environment(path: str | None, to: Parameterization, rows: int) -> EnvImage:
     return EnvImage(to, texels.astype(np.float16))
 
 
-def main() -> None:
-    path = sys.argv[1] if len(sys.argv) > 1 else None
-    rows = int(sys.argv[2]) if len(sys.argv) > 2 else 512
-    device = shared_device()
-    paraboloid, cube = environment(path, DualParaboloid(), rows), environment(path, CUBE, rows // 2)
-    source, cube_source = upload_env_map(device, [paraboloid]), upload_env_map(device, [cube])
-    renderer = EnvMapRenderer(sphere_mesh())
-    camera = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0))
-    hardware, probe = PhongParaboloidFilter(device, rows), ProbeFilter(device, rows // 2)
+class Ways:
+    """What is timed and measured."""
 
-    def by_paraboloid(exponent: int) -> EnvMapTexture:
-        return submitted(device, lambda encoder: hardware.refilter(encoder, source, PhongKernel(exponent)))
+    def __init__(self, path: str | None, rows: int) -> None:
+        self.device, self.rows = shared_device(), rows
+        self.paraboloid, self.cube = environment(path, DualParaboloid(), rows), environment(path, CUBE, rows // 2)
+        self.source = upload_env_map(self.device, [self.paraboloid])
+        self.cube_source = upload_env_map(self.device, mip_images(self.cube))
+        self.hardware, self.probe = PhongParaboloidFilter(self.device, rows), ProbeFilter(self.device, rows // 2)
+        self.live = LiveEnvironment(rows // 2, self.device)
+        self.sphere, self.camera = EnvMapRenderer(sphere_mesh()), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0))
+        mesh = load_mesh("teapot")
+        self.frames = MaterialRenderer(mesh, self.live)
+        self.frame_camera = frame_mesh(mesh).camera()
+        self.count = 0
 
-    def by_probe() -> EnvMapTexture:
-        return submitted(device, lambda encoder: probe.refilter(encoder, cube_source))
+    def plain(self) -> None:
+        """One lookup a pixel."""
+        self.sphere.picture(self.cube_source, self.camera, samples=1, backdrop=False)
 
-    ways: dict[str, Callable[[], object]] = {
-        "plain": lambda: renderer.picture(cube_source, camera, samples=1, backdrop=False),
-        **{str(each): lambda each=each: by_paraboloid(each) for each in NOTES},
-        "probe": by_probe,
-    }
-    times = median_times(ways)
-    plain = times["plain"]
-    print(f"{adapter_name(device)}\nplain lookup: {plain:.1f} ms a frame\n")
+    def by_paraboloids(self, exponent: float) -> EnvMapTexture:
+        """The paper's method."""
+        return submitted(
+            self.device, lambda encoder: self.hardware.refilter(encoder, self.source, PhongKernel(exponent))
+        )
 
-    print(
-        f"Dual paraboloids of {rows} rows, Phong\n{'exponent':>8s}{'filter sizes':>14s}{'shrink factors':>16s}", end=""
-    )
-    print(f"{'ms':>8s}{'plain lookups':>15s}{'per second':>12s}{'notes':>7s}{'error':>8s}")
+    def by_taps(self, exponent: float) -> EnvMapTexture:
+        """Phong on a cube, from the environment on."""
+        self.live.show(self.cube_source)
+        return waited_for(self.live.maps(GlossyPhong(exponent)).reflected)
+
+    def chain(self) -> EnvMapTexture:
+        """GGX, from the environment on."""
+        return submitted(self.device, lambda encoder: self.probe.refilter(encoder, self.cube_source))
+
+    def frame(self, material: Callable[[float], SurfaceMaterial]) -> None:
+        """One sample a pixel, with environment and exponent as new."""
+        self.count += 1
+        self.live.show(self.cube_source)
+        self.frames.picture(material(20.0 + self.count), self.frame_camera, samples=1)
+
+
+MATERIALS: dict[str, Callable[[float], SurfaceMaterial]] = {
+    "a mirror, nothing filtered": lambda _: Mirror(),
+    "matte: diffuse": lambda _: GlossyPhong(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
+    "Phong": GlossyPhong,
+    "Phong over matte": lambda exponent: GlossyPhong(exponent, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
+    "GGX, metallic: all levels": lambda exponent: GlossyGgx((1.0, 1.0, 1.0), 1.0, 1.0 / exponent),
+    "GGX over matte": lambda exponent: GlossyGgx((0.5, 0.5, 0.5), 0.0, 1.0 / exponent),
+}
+
+
+def print_phong(ways: Ways, times: Mapping[str, float]) -> None:
+    """The notes' table."""
+    print(f"Phong: dual paraboloids of {ways.rows} rows; taps into a cube of {ways.rows // 4}")
+    print(f"{'exponent':>8s}{'filter sizes':>14s}{'shrink factors':>16s}", end="")
+    print(f"{'ms':>8s}{'plain lookups':>15s}{'per second':>12s}{'notes':>7s}{'error':>8s}", end="")
+    print(f"{'taps: ms':>10s}{'lookups':>9s}{'error':>8s}")
     for exponent, rate in NOTES.items():
-        small, large = plane_filters(PhongKernel(exponent), rows)
+        kernel = PhongKernel(exponent)
+        small, large = plane_filters(kernel, ways.rows)
         sizes, factors = f"{small.size}, {large.size}", f"{1 << small.shrink_level}, {1 << large.shrink_level}"
-        took, off = times[str(exponent)], error(by_paraboloid(exponent), 0, paraboloid, PhongKernel(exponent))
-        speed = f"{took:8.1f}{took / plain:15.2f}{1000 / took:12.0f}{rate:7d}"
-        print(f"{exponent:8d}{sizes:>14s}{factors:>16s}{speed}{off:8.3f}")
+        took, off = times[f"paraboloids {exponent}"], error(ways.by_paraboloids(exponent), 0, ways.paraboloid, kernel)
+        speed = f"{took:8.1f}{took / times['plain']:15.2f}{1000 / took:12.0f}{rate:7d}"
+        took_taps, off_taps = times[f"taps {exponent}"], error(ways.by_taps(exponent), 0, ways.cube, kernel)
+        taps = f"{took_taps:10.1f}{took_taps / times['plain']:9.2f}{off_taps:8.3f}"
+        print(f"{exponent:8d}{sizes:>14s}{factors:>16s}{speed}{off:8.3f}{taps}")
 
-    kernels = ggx_kernels(rows // 2)
-    ours = [error(by_probe(), level, cube, kernel) for level, kernel in enumerate(kernels, start=1)]
-    taps = [len(lobe_taps(kernel).weight) for kernel in kernels]
+
+def print_ggx(ways: Ways, took: float, plain: float) -> None:
+    """Level by level, beside importance samples."""
+    size = ways.probe.size
+    kernels = ggx_kernels(size)
+    errors = np.empty((len(kernels), 3))
     for level, kernel in enumerate(kernels, start=1):
-        probe.set_lobe(level, importance_samples(kernel.alpha))
-    theirs = [error(by_probe(), level, cube, kernel) for level, kernel in enumerate(kernels, start=1)]
-    print(f"\nCube of {rows // 2} rows, GGX: {times['probe']:.1f} ms, {times['probe'] / plain:.2f} plain lookups")
-    samples = f"{SAMPLES} importance samples"
-    print(f"{'level':>5s}{'rows':>6s}{'alpha':>8s}{'taps':>6s}{'error':>8s}{samples:>24s}{'ratio':>8s}")
+        errors[level - 1, 0] = error(ways.chain(), level, ways.cube, kernel)
+        errors[level - 1, 1] = sampled_error(ways.cube, kernel, size >> level)
     for level, kernel in enumerate(kernels, start=1):
-        error_ours, error_theirs = ours[level - 1], theirs[level - 1]
-        figures = f"{error_ours:8.3f}{error_theirs:24.3f}{error_theirs / error_ours:8.1f}"
-        print(f"{level:5d}{rows // 2 >> level:6d}{kernel.alpha:8.3f}{taps[level - 1]:6d}{figures}")
-    print(f"{'all':>5s}{'':20s}{np.mean(ours):8.3f}{np.mean(theirs):24.3f}{np.mean(theirs) / np.mean(ours):8.1f}")
+        ways.probe.set_lobe(level, from_smooth_pyramid(importance_samples(kernel.alpha)))
+    for level, kernel in enumerate(kernels, start=1):
+        errors[level - 1, 2] = error(ways.chain(), level, ways.cube, kernel)
+    print(f"\nGGX, a cube of {size} rows: {took:.1f} ms, {took / plain:.2f} plain lookups")
+    head = f"{SAMPLES} samples: mips"
+    print(f"{'level':>5s}{'rows':>6s}{'alpha':>8s}{'error':>8s}{head:>18s}{'pyramid':>9s}{'ratios':>14s}")
+    for level, (row, kernel) in enumerate(zip(errors, kernels, strict=True), start=1):
+        print(f"{level:5d}{size >> level:6d}{kernel.alpha:8.3f}", figures(row))
+    print(f"{'all':>5s}{'':14s}", figures(errors.mean(0)))
+
+
+def figures(errors: np.ndarray) -> str:
+    """Ours, the others', and theirs over ours."""
+    ours, mips, pyramid = errors
+    return f"{ours:7.3f}{mips:18.3f}{pyramid:9.3f}{mips / ours:7.1f}{pyramid / ours:7.1f}"
+
+
+def main() -> None:
+    """Prints the three tables."""
+    path = sys.argv[1] if len(sys.argv) > 1 else None
+    ways = Ways(path, int(sys.argv[2]) if len(sys.argv) > 2 else 512)
+    timed: dict[str, Callable[[], object]] = {"plain": ways.plain, "chain": ways.chain}
+    for exponent in NOTES:
+        timed[f"paraboloids {exponent}"] = partial(ways.by_paraboloids, exponent)
+        timed[f"taps {exponent}"] = partial(ways.by_taps, exponent)
+    for name, material in MATERIALS.items():
+        timed[name] = partial(ways.frame, material)
+    times = median_times(timed)
+    print(f"{adapter_name(ways.device)}\nplain lookup: {times['plain']:.1f} ms a frame\n")
+    print_phong(ways, times)
+    print_ggx(ways, times["chain"], times["plain"])
+    print(f"\nFrames of {ways.frame_camera.width}² pixels, environment and exponent new in each: ms, plain lookups")
+    for name in MATERIALS:
+        print(f"{name:>36s}{times[name]:9.1f}{times[name] / times['plain']:7.2f}")
 
 
 if __name__ == "__main__":
