@@ -19,7 +19,7 @@ def chance(seed: int, *keys: Keys | int) -> Float[np.ndarray, "*batch"]:
             state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
             state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
             state = state ^ (state >> np.uint64(31))
-    return np.asarray(state >> np.uint64(11)) * 2.0**-53
+    return np.asarray((state >> np.uint64(11)) * 2.0**-53)
 
 
 def tremor(seed: int, key: Keys | int, turns: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
