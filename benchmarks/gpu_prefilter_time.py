@@ -7,8 +7,8 @@ the notes); cubes have half as many. A *plain lookup* is a frame of a mirror sph
 unfiltered cube each. Ways alternate and medians count, so that a busy machine changes the ratios little.
 
 First Phong's lobe: the paper's hardware method on dual paraboloids, in the table of [Heidrich00, sec. 3.2.5], and
-beside it taps from a smooth pyramid (`LiveEnvironment`), into a cube of a quarter of its rows. Then `ProbeFilter`'s chain for
-GGX, level by level. At last whole frames of a teapot whose environment and exponent are new in each.
+beside it taps from a smooth pyramid (`LiveEnvironment`), into a cube of a quarter of its rows. Then `ProbeFilter`'s
+chain for GGX, level by level. At last whole frames of a teapot whose environment and exponent are new in each.
 
 The *error* is the L1 error relative to brute force (`quadrature`), as Manson and Sloan measure: the sum of absolute
 differences over that of the reference, all channels, over texels drawn at random, each weighted by its solid angle.
