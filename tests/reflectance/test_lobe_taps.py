@@ -9,6 +9,7 @@ from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps, phong_taps
 from reflet.reflectance.phong import PhongKernel
+from reflet.reflectance.tabulated_kernel import TabulatedKernel
 
 
 def density(taps: LobeTaps, direction: np.ndarray) -> np.ndarray:
@@ -28,8 +29,10 @@ def density(taps: LobeTaps, direction: np.ndarray) -> np.ndarray:
         (GgxKernel(0.25), 0.03),
         (GgxKernel(1.0), 0.05),
         (DiffuseKernel(), 0.05),
+        # its integral is 1
+        (TabulatedKernel(np.radians([0.0, 10.0, 22.0]), np.array([1.0, 0.8, 0.0]) / 0.2099), 0.06),
     ],
-    ids=str,
+    ids=lambda value: type(value).__name__,
 )
 def test_blurs_add_up_to_the_lobe(kernel: Kernel, most: float) -> None:
     taps = lobe_taps(kernel)
