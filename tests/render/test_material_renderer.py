@@ -58,12 +58,12 @@ def ggx_contrast(level: int) -> float:
     return float((density * (1.0 - 2.0 * s)).sum() / density.sum())
 
 
-def kept_contrast(material: SurfaceMaterial, footprint: np.ndarray) -> np.ndarray:
-    """The same of a material's whole lobe, for pixels of this footprint."""
+def kept_contrast(material: SurfaceMaterial, cosine: np.ndarray, footprint: np.ndarray) -> np.ndarray:
+    """The same of a material's whole lobe, for pixels of this n·v and footprint."""
     if isinstance(material, GlossyPhong):
         return np.full_like(footprint, (material.phong_exponent + 1.0) / (material.phong_exponent + 2.0))
     if isinstance(material, GlossyGgx):
-        lod = roughness_over(material.perceptual_roughness, footprint) * (LEVELS - 1)
+        lod = roughness_over(material.lobe(cosine)[1], footprint) * (LEVELS - 1)
         return np.interp(lod, range(LEVELS), [ggx_contrast(level) for level in range(LEVELS)])
     return np.ones_like(footprint)
 
@@ -76,9 +76,13 @@ def test_a_sphere_shows_the_material(renderer: MaterialRenderer, material: Surfa
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     usable = np.isfinite(cosine) & (cosine > 0.4)
     assert usable.mean() > 0.1
+    if isinstance(material, GlossyGgx):
+        lean = np.where(usable, material.lobe(np.where(usable, cosine, 1.0))[0], 0.0)[..., None]
+        direction = direction + lean * (normal - direction)
+        direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
     footprint = np.maximum(*(np.linalg.norm(np.roll(direction, -1, axis) - direction, axis=-1) for axis in (0, 1)))
     specular, diffuse = material.weights(cosine[usable])
-    mean, kept = linear(np.zeros(3)), kept_contrast(material, footprint[usable])[:, None]
+    mean, kept = linear(np.zeros(3)), kept_contrast(material, cosine[usable], footprint[usable])[:, None]
     wanted = specular * (mean + kept * (linear(direction[usable]) - mean))
     wanted += diffuse * (mean + 2.0 / 3.0 * (linear(normal[usable]) - mean))
     # Pixels see up to 0.2 radians, so that lookups are in texels of as much: interpolated between them a slope of 0.5

@@ -36,17 +36,32 @@ def dfg(n_dot_v: Float[np.ndarray, "views"], alpha: float, samples: int = SAMPLE
 
     Implements [Karis13] with height-correlated V.
     """
+    _, v_dot_h, weight = half_vector_samples(n_dot_v, alpha, samples)
+    fresnel = (1.0 - v_dot_h) ** 5
+    return np.stack([(weight * (1.0 - fresnel)).mean(-1), (weight * fresnel).mean(-1)], -1)
+
+
+def half_vector_samples(
+    n_dot_v: Float[np.ndarray, "views"], alpha: float, samples: int
+) -> tuple[
+    Float[np.ndarray, "views samples 2"], Float[np.ndarray, "views samples"], Float[np.ndarray, "views samples"]
+]:
+    """(l, v·h, weight): the mean of weight·g(l) is ∫ D·V·g(l)·n·l dl for F = 1, for g symmetric about v's plane.
+
+    n is the second axis; of l stand (along v's projection on the surface, n·l). ``weight`` is 0 below the surface.
+    """
     alpha = max(alpha, _LEAST_ALPHA)
     t = (np.arange(samples) + 0.5) / samples
     cos_phi = np.cos(np.pi * np.mod(_GOLDEN * np.arange(samples) + 0.5, 1.0))
     n_dot_h = t / np.sqrt(1.0 - (1.0 - alpha * alpha) * (1.0 - t * t))
+    sin_h = np.sqrt(1.0 - n_dot_h * n_dot_h)
     view = n_dot_v[:, None]
-    v_dot_h = view * n_dot_h + np.sqrt((1.0 - view * view) * (1.0 - n_dot_h * n_dot_h)) * cos_phi
+    sin_v = np.sqrt(1.0 - view * view)
+    v_dot_h = view * n_dot_h + sin_v * sin_h * cos_phi
     n_dot_l = 2.0 * v_dot_h * n_dot_h - view
     lit = np.where(n_dot_l > 0.0, n_dot_l, 0.0)  # v·h > 0 follows
     weight = 4.0 * v_smith_ggx(lit, view, alpha) * lit * v_dot_h / n_dot_h * (2.0 * t)
-    fresnel = (1.0 - v_dot_h) ** 5
-    return np.stack([(weight * (1.0 - fresnel)).mean(-1), (weight * fresnel).mean(-1)], -1)
+    return np.stack([2.0 * v_dot_h * sin_h * cos_phi - sin_v, n_dot_l], -1), v_dot_h, weight
 
 
 def dfg_lut(size: int = 128, samples: int = SAMPLES) -> Float[np.ndarray, "size size 3"]:

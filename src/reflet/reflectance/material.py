@@ -19,6 +19,7 @@ from jaxtyping import Float, Float32
 from reflet.errors import RefletError
 from reflet.reflectance.dfg import dfg, energy_compensation
 from reflet.reflectance.fresnel import fresnel_conductor, fresnel_dielectric
+from reflet.reflectance.ggx_lobe import ggx_lobe
 
 Rgb = tuple[float, float, float]
 Cosine = Float[np.ndarray, "*batch"]
@@ -199,22 +200,34 @@ class GlossyGgx(SurfaceMaterial):
 
     def weights(self, n_dot_v: Cosine) -> Weights:
         """See the class."""
-        ab = dfg_lookup(n_dot_v, self.perceptual_roughness)
-        a, b = ab[..., :1], ab[..., 1:]
+        table = dfg_lookup(n_dot_v, self.perceptual_roughness)
+        a, b = table[..., :1], table[..., 1:2]
         f0 = np.asarray(self.f0)
         specular = (f0 * a + b) * energy_compensation(f0, a + b)
         return specular, (1.0 - specular) * np.asarray(self.diffuse_color)
 
+    def lobe(self, n_dot_v: Cosine) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
+        """(lean, perceptual_roughness) of the lookup, which is along normalize(mix(r, n, lean)); see `ggx_lobe`."""
+        table = dfg_lookup(n_dot_v, self.perceptual_roughness)
+        return table[..., 2], self.perceptual_roughness * table[..., 3]
+
 
 @cache
-def dfg_table() -> Float32[np.ndarray, "size size 2"]:
-    """A and B of the split sum, laid out as in `dfg_lut` but small: good to some thousandths."""
+def dfg_table() -> Float32[np.ndarray, "size size 4"]:
+    """A and B of the split sum, lean and widening of `ggx_lobe`; laid out as in `dfg_lut` but small.
+
+    A and B are good to some thousandths.
+    """
     centre = (np.arange(_DFG_SIZE) + 0.5) / _DFG_SIZE
-    return np.stack([dfg(centre, float(roughness**2), _DFG_SAMPLES) for roughness in centre]).astype(np.float32)
+    rows = [
+        np.hstack([dfg(centre, float(r * r), _DFG_SAMPLES), ggx_lobe(centre, float(r * r), _DFG_SAMPLES)])
+        for r in centre
+    ]
+    return np.stack(rows).astype(np.float32)
 
 
-def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: float) -> Float[np.ndarray, "*batch 2"]:
-    """A and B: bilinear in `dfg_table`, clamped at its edges, as the shader does it."""
+def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: float) -> Float[np.ndarray, "*batch 4"]:
+    """`dfg_table`, bilinear, clamped at its edges, as the shader does it."""
     table = dfg_table().astype(np.float64)
     size = len(table)
     row, below, down = _taps(np.array([perceptual_roughness]), size)
@@ -223,7 +236,7 @@ def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: float) -> Float[np.ndarray
     upper = table[row, column] * (1.0 - across) + table[row, right] * across
     lower = table[below, column] * (1.0 - across) + table[below, right] * across
     value = upper * (1.0 - down) + lower * down
-    return value.reshape(*np.shape(n_dot_v), 2)
+    return value.reshape(*np.shape(n_dot_v), 4)
 
 
 def _taps(at: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -83,7 +83,9 @@ class EnvironmentMaps:
         return MaterialMaps(self.levels, None, diffuse)
 
 
-def roughness_over(perceptual_roughness: float, footprint: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
+def roughness_over(
+    perceptual_roughness: float | Float[np.ndarray, "*batch"], footprint: Float[np.ndarray, "*batch"]
+) -> Float[np.ndarray, "*batch"]:
     """perceptual_roughness of a GGX lobe widened by a pixel, whose mirrored rays spread over ``footprint`` radians.
 
     Variances add. Slopes of microfacets have α²/2 (Beckmann's; GGX's own has none) and mirrored rays turn twice as far:

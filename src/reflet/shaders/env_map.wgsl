@@ -36,11 +36,16 @@ fn roughness_over(perceptual_roughness: f32, d: vec3f, dx: vec3f, dy: vec3f) -> 
 
 // What the map holds in a direction of its own, where the neighbouring pixels look up dx and dy. All of any length.
 fn map_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
+  return map_radiance_widened(d, dx, dy, 1.0);
+}
+
+// The same for so many times the map's roughness.
+fn map_radiance_widened(d: vec3f, dx: vec3f, dy: vec3f, widening: f32) -> vec4f {
   var lod = 0.0;
   if (env_map.roughness < 0.0) {
     lod = map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod);
   } else {
-    lod = roughness_over(env_map.roughness, d, dx, dy) * env_map.max_lod;
+    lod = roughness_over(env_map.roughness * widening, d, dx, dy) * env_map.max_lod;
   }
   if (BY_HARDWARE) {
     return textureSampleLevel(cube, cube_sampler, d, lod);
@@ -48,8 +53,12 @@ fn map_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
   return sample_map(KIND, maps, 0, d, lod);
 }
 
-// The same in directions of the world.
+// Both in directions of the world.
 fn env_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
+  return env_radiance_widened(d, dx, dy, 1.0);
+}
+
+fn env_radiance_widened(d: vec3f, dx: vec3f, dy: vec3f, widening: f32) -> vec4f {
   let rotation = env_map.map_from_world;
-  return map_radiance(rotation * d, rotation * dx, rotation * dy);
+  return map_radiance_widened(rotation * d, rotation * dx, rotation * dy, widening);
 }

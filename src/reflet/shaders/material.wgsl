@@ -6,10 +6,10 @@
 // the host's side is `reflet.render.device_material`.
 //
 //   binding  resource                     stages     contents
-//   0        uniform Material, 80 bytes   fragment
+//   0        uniform Material, 48 bytes   fragment
 //   1        texture_2d_array<f32>        fragment   the diffuse map, turned as the env map is
-//   2        texture_2d<f32>              fragment   A and B of the split sum: columns by n·v, rows by perceptual_roughness; or
-//                                                   the axes of `lobes`
+//   2        texture_2d<f32>              fragment   A, B, lean and widening of GGX: columns by n·v, rows by
+//                                                   perceptual_roughness; or the axes of `lobes`
 
 struct Material {
   specular: vec3f,  // a mirror's reflectance, Phong's specular share, GGX's f0, a metal's n
@@ -35,6 +35,22 @@ override DIFFUSES: bool = false;
 @group(2) @binding(0) var<uniform> material: Material;
 @group(2) @binding(1) var diffuse_map: texture_2d_array<f32>;
 @group(2) @binding(2) var table: texture_2d<f32>;
+
+// Where a material looks its map up.
+struct Lobe {
+  direction: vec3f,
+  widening: f32,  // times the map's roughness
+}
+
+// Of a surface of unit normal n that mirrors the unit direction v into r. GGX's lobe leans towards the normal and is wider than
+// the one its map is filtered with (reflet.reflectance.ggx_lobe).
+fn lobe(r: vec3f, n: vec3f, v: vec3f) -> Lobe {
+  if (material.kind != MATERIAL_GGX) {
+    return Lobe(r, 1.0);
+  }
+  let at = bilinear(table, vec2f(clamp(dot(n, v), 0.0, 1.0), material.perceptual_roughness), true);
+  return Lobe(normalize(mix(r, n, at.z)), at.w);
+}
 
 // Weight of the radiance from the mirrored direction, for n·v from 0 to 1.
 fn specular_weight(n_dot_v: f32) -> vec3f {
@@ -64,7 +80,7 @@ fn diffuse_weight(specular: vec3f) -> vec3f {
   return material.diffuse;
 }
 
-// Radiance towards the unit direction v that a surface of unit normal n reflects, of the radiance from the mirrored one.
+// Radiance towards the unit direction v that a surface of unit normal n reflects, of the radiance from its `lobe`.
 fn reflected(incident: vec3f, n: vec3f, v: vec3f) -> vec3f {
   let specular = specular_weight(clamp(dot(n, v), 0.0, 1.0));
   var radiance = specular * incident;

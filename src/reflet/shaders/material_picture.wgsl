@@ -46,7 +46,9 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
   // filtered copies of each other hardly shows it; a PEM's are not, which is why its LOD has a rule of its own.
   var incident: vec4f;
   if (LOOKUP == LOOKUP_REFLECTION) {
-    incident = env_radiance(r, r + dpdx(r), r + dpdy(r));
+    let along = lobe(r, n, -ray);
+    let d = along.direction;
+    incident = env_radiance_widened(d, d + dpdx(d), d + dpdy(d), along.widening);
   } else {
     let d = lookup_direction(n, ray);
     let footprint = longest(dpdx(d), dpdy(d));

@@ -37,7 +37,7 @@ class PathReference:
             if any(part.material.emission) and part.material.double_sided:
                 described[f"back{number}"] = _shape(part, _turned(part.mesh))
         if scene.environment is not None:
-            described["environment"] = _environment(scene.environment.radiance)
+            described["environment"] = environment_emitter(scene.environment.radiance)
         self.scene = mi.load_dict(described)
 
     def picture(
@@ -52,7 +52,7 @@ class PathReference:
 
     def sensor(self, camera: Camera, spp: int) -> "mi.Sensor":
         """Mitsuba's sensor for a camera."""
-        return mi.load_dict(_sensor(camera, spp))
+        return mi.load_dict(sensor(camera, spp))
 
     def along(
         self, origin: Float32[np.ndarray, "rays 3"], direction: Float32[np.ndarray, "rays 3"], *, max_depth: int = 32
@@ -73,7 +73,7 @@ def path_traced(
     return PathReference(scene).picture(camera, spp=spp, max_depth=max_depth, seed=seed)
 
 
-def _sensor(camera: Camera, spp: int) -> dict[str, Any]:
+def sensor(camera: Camera, spp: int) -> dict[str, Any]:
     distance = float(np.linalg.norm(np.subtract(camera.target, camera.position)))
     return {
         "type": "perspective",
@@ -164,7 +164,7 @@ def _bitmap(linear: np.ndarray, clamp: bool) -> dict[str, Any]:
     }
 
 
-def _environment(radiance: np.ndarray) -> "mi.Emitter":
+def environment_emitter(radiance: np.ndarray) -> "mi.Emitter":
     """Mitsuba's emitter for a lat-long picture in the project's convention."""
     bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
     to_world = mi.ScalarTransform4f(np.linalg.inv(ENVIRONMENT_FROM_WORLD))
