@@ -127,6 +127,16 @@ def test_diffuse_maps_against_brute_force() -> None:
     assert np.abs(diffuse_of(finest).reshape(-1, 3) - expected).sum() < 0.01 * expected.sum()
 
 
+def test_ggx_of_roughness_1_is_diffuse() -> None:
+    finest = analytic_levels(CUBE, SIZE, lamps)[0]
+    half = EnvImage(CUBE, finest.texels.astype(np.float16))
+    encoder = shared_device().create_command_encoder()
+    chain = ProbeFilter(shared_device(), SIZE, (GgxKernel(0.25), GgxKernel(1.0)))
+    env_map = chain.refilter(encoder, upload_env_map(shared_device(), [half]))
+    shared_device().queue.submit([encoder.finish()])
+    assert error(env_map, 2, finest, GgxKernel(1.0)) < 0.01  # as of diffuse maps
+
+
 def test_levels_are_those_of_the_roughness_scale() -> None:
     kernels = ggx_kernels(128)
     assert len(kernels) == 3

@@ -9,11 +9,14 @@ from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
 from reflet.reflectance.ggx_levels import LINEAR, RoughnessScale
 from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobe_taps import LobeTaps, lobe_taps
 from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map
 from reflet.render.probe_pyramid import FILLED, DeviceLobe, ProbePyramid
 
 _SMALLEST = 16  # rows of the last level: coarser ones would show their texels
+
+_DIFFUSE = (DiffuseKernel(), GgxKernel(1.0))  # the same: of alpha 1 GGX's D is constant, and what is left is the cosine
 
 
 def ggx_kernels(size: int, scale: RoughnessScale = LINEAR) -> tuple[GgxKernel, ...]:
@@ -26,7 +29,7 @@ class ProbeFilter:
     """Filters a cube into a half-float cube: level 0 mirrors, level k is filtered with ``kernels[k - 1]``.
 
     In the manner of [Manson16]: a smooth pyramid (`ProbePyramid`), from which each texel of a level takes up to 37
-    hardware-filtered lookups (`lobe_taps`).
+    hardware-filtered lookups (`lobe_taps`). The diffuse kernel, and GGX's of roughness 1, which is the same, is summed.
 
     ``size`` rows, a power of two; level k has ``size`` >> k. By default the kernels are `ggx_kernels`: sample at
     `RoughnessScale.lod_from_roughness`. Filters that look at the same environment may share a ``pyramid`` of this size.
@@ -48,11 +51,13 @@ class ProbeFilter:
                 f"A cube of {size} rows has 1 to {size.bit_length() - 1} filtered levels, not {len(kernels)}."
             )
         self.result = create_env_map(device, CUBE, size, len(kernels) + 1, HALF, FILLED)
-        self._lobes = [DeviceLobe(device, size, lobe_taps(kernel)) for kernel in kernels]
+        self._lobes = [
+            None if kernel in _DIFFUSE else DeviceLobe(device, size, lobe_taps(kernel)) for kernel in kernels
+        ]
 
     def set_lobe(self, mip_level: int, lobe: LobeTaps) -> None:
         """Filters a level, from 1, with another lobe from now on."""
-        self._lobes[mip_level - 1].write(lobe)
+        self._lobes[mip_level - 1] = DeviceLobe(self.pyramid.device, self.size, lobe)
 
     def refilter(self, encoder: wgpu.GPUCommandEncoder, source: EnvMapTexture) -> EnvMapTexture:
         """The passes that filter a half-float cube, with mip levels if it is larger."""
@@ -63,5 +68,8 @@ class ProbeFilter:
         """The same, where the pyramid has been filled from this source."""
         self.pyramid.mirror(encoder, source, self.result)
         for level, lobe in enumerate(self._lobes, start=1):
-            self.pyramid.filter(encoder, lobe, self.result, level)
+            if lobe is None:
+                self.pyramid.diffuse(encoder, self.result, level)
+            else:
+                self.pyramid.filter(encoder, lobe, self.result, level)
         return self.result

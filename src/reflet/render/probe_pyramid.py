@@ -56,11 +56,14 @@ class ProbePyramid:
         bound = {0: self._texture.create_view(dimension="cube"), 1: self._sampler, 3: {"buffer": lobe.buffer}}
         self._passes.draw(encoder, "prefiltered", target.texture, mip_level, bound, SIZE=target.size >> mip_level)
 
-    def diffuse(self, encoder: wgpu.GPUCommandEncoder, target: EnvMapTexture) -> None:
-        """Level 0 of a cube with the light that reaches surfaces by their normal, irradiance/π: summed over a level."""
+    def diffuse(self, encoder: wgpu.GPUCommandEncoder, target: EnvMapTexture, mip_level: int = 0) -> None:
+        """A level of a cube with the light that reaches surfaces by their normal, irradiance/π: sums over all light.
+
+        Every texel reads 1536 texels; without taps, as the kernel's edge at the horizon is more than they can follow.
+        """
         level = max(self.size // _DIFFUSE_SOURCE, 1).bit_length() - 1
         bound = {2: one_level(self._texture, level)}
-        self._passes.draw(encoder, "diffuse", target.texture, 0, bound, SIZE=target.size)
+        self._passes.draw(encoder, "diffuse", target.texture, mip_level, bound, SIZE=target.size >> mip_level)
 
 
 class DeviceLobe:
