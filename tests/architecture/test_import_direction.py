@@ -26,6 +26,7 @@ ROOMS = [
 PIPELINES = [
     "load",
     "bake",
+    "brdf_maps",
     "compare",
     "convert",
     "engine_maps",

@@ -18,6 +18,9 @@ from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
 from reflet.files.exr import write_exr
 from reflet.files.ktx1 import read_ktx1_texture
+from reflet.files.ktx2_container import read_texture
+from reflet.files.measured_brdf_file import write_measured_brdf
+from reflet.reflectance.measured_brdf import MeasuredBrdf
 
 LATLONG = PARAMETERIZATIONS["latlong"]
 
@@ -160,6 +163,37 @@ def test_filament_files(studio: Path, tmp_path: Path) -> None:
     assert len(sky) == 1
     # The middle of pz; R11G11B10F's step is 1/64 or 1/32.
     np.testing.assert_allclose(sky[0].texels[4, 32, 32], [1.5, 1.0, 1.0], atol=1 / 32 + 0.01)
+
+
+def test_maps_of_a_table(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    theta, phi = np.deg2rad(np.arange(0.0, 90.0, 9.0)), np.deg2rad(np.arange(0.0, 181.0, 20.0))
+    # Half of all light goes every way, and f = ½/π·cos θi·cos θo besides.
+    values = 0.5 / np.pi + 0.5 / np.pi * np.cos(theta)[:, None, None] * np.cos(theta)[None, :, None]
+    table = MeasuredBrdf(theta, theta, phi, np.repeat(values, len(phi), 2)[..., None])
+    write_measured_brdf(tmp_path / "paint.npz", table)
+    brdf = ("--brdf", f"table:{tmp_path / 'paint.npz'}")
+    assert reflet("prefilter", studio, *brdf, "--size", "16", "-o", tmp_path / "paint") == 0
+    said = json.loads((tmp_path / "paint" / "lobes.json").read_text())
+    assert {path.name for path in (tmp_path / "paint").iterdir()} == {
+        "diffuse.ktx2", "lobes.json", *(lobe["file"] for lobe in said["lobes"])
+    }  # fmt: skip
+    assert read_env_image(tmp_path / "paint" / "diffuse.ktx2").parameterization.name == "octahedral"
+    albedo = np.array(said["diffuse_albedo"])
+    for lobe in said["lobes"]:
+        layers = read_texture(tmp_path / "paint" / lobe["file"])
+        assert (layers.image_count, layers.rows, layers.is_cube) == (len(said["cos_theta_o"]), 16, False)
+        # Each slice holds the mean radiance, 1, times the lobe's albedo, but for octahedral's uneven texels.
+        weight = PARAMETERIZATIONS["octahedral"].texel_solid_angle(16)[..., None] / (4.0 * np.pi)
+        means = (layers.decode(0)[..., :3] * weight).sum((1, 2))
+        np.testing.assert_allclose(means, np.broadcast_to(lobe["albedo"], means.shape), atol=2e-3)
+        albedo = albedo + np.array(lobe["albedo"])
+    # All together reflect what the BRDF does: ½ + ½·⅔·cos θo, as far as the table goes.
+    expected = 0.5 + np.maximum(said["cos_theta_o"], np.cos(theta[-1]))[:, None] / 3.0
+    np.testing.assert_allclose(albedo, expected, atol=0.01)  # the table's 9° steps: (π/20)²/8, and more at the last
+    assert "one face" in refused(capsys, studio, *brdf, "--parameterization", "cube", "-o", tmp_path / "b")
+    assert "neither levels" in refused(capsys, studio, *brdf, "--levels", "3", "-o", tmp_path / "b")
+    assert "b.npz" in refused(capsys, studio, "--brdf", f"table:{tmp_path / 'b.npz'}", "-o", tmp_path / "b")
+    assert not (tmp_path / "b").exists()
 
 
 def test_brightness_beyond_half_floats_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

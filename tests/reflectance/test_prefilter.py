@@ -189,8 +189,8 @@ def test_sheen_levels() -> None:
     some = np.random.default_rng(0).choice(6 * 128 * 128, 60, replace=False)
     reference = filtered_reference(image, CharlieKernel(0.2**2), direction.reshape(-1, 3)[some])
     error = np.abs(levels[0].texels.reshape(-1, 3)[some] / reference - 1.0)
-    # 3 % are promised of lobes. Interpolation leaves 1 % of the height of the sun's ring, and a little more where it ends
-    # at the horizon with a bend.
+    # 3 % are promised of lobes. Interpolation leaves 1 % of the height of the sun's ring, and a little more where it
+    # ends at the horizon with a bend.
     assert error.mean() < 0.005
     assert error.max() < 0.06
     reference = filtered_reference(image, CharlieKernel(0.75**2), CUBE.texel_directions(16)[0].reshape(-1, 3)[:60])

@@ -7,6 +7,8 @@ import click
 from reflet.cli.options import PARAMETERIZATION, from_option, layout_option
 from reflet.cli.progress import progress_bar
 
+TABLE = "table:"
+
 
 @click.command(short_help="Filter an environment for glossy and diffuse materials, and for engines.")
 @click.argument("source", metavar="ENV", type=click.Path(path_type=Path))
@@ -19,7 +21,7 @@ from reflet.cli.progress import progress_bar
     "--parameterization",
     "to",
     type=PARAMETERIZATION,
-    help="Of the filtered map; by default a cube in .ktx2, .ktx and .dds, latlong in pictures.",
+    help="Of the filtered map; by default a cube in .ktx2, .ktx and .dds, latlong in pictures, octahedral for tables.",
 )
 @click.option("--size", type=int, help="Rows of a face; by default what suits the BRDF, of cubes 256 at most.")
 @click.option("--levels", type=int, help="Number of levels by roughness; by default those down to 16 rows.")
@@ -32,7 +34,12 @@ from reflet.cli.progress import progress_bar
 )
 @click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
 @from_option
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The file to write; with --engine, the folder.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The file to write; with --engine and table:FILE the folder.",
+)
 def prefilter(
     source: Path,
     brdf: str | None,
@@ -58,7 +65,7 @@ def prefilter(
       ggx               mip levels by roughness, from a mirror's to roughness 1
       ggx:0.5           one perceptual roughness alone
       sheen, sheen:0.5  cloth, likewise
-      table:FILE        any isotropic BRDF, measured or computed: a folder of lobe maps
+      table:FILE        any isotropic BRDF, measured or computed (docs/brdf_table.md): a folder of lobe maps
 
     \b
     Examples:
@@ -94,6 +101,23 @@ def prefilter(
 
             for path in engine_maps(
                 source, output, engine, size=256 if size is None else size, source_is=of_source, progress=progress
+            ):
+                click.echo(f"{path} is written.")
+        elif brdf and brdf.startswith(TABLE) and output:
+            from reflet.brdf_maps import brdf_maps
+
+            if (levels, layout, mips) != (None, None, None):
+                raise click.UsageError("A table's maps have neither levels nor a layout; leave these options out.")
+            for path in brdf_maps(
+                source,
+                brdf.removeprefix(TABLE),
+                output,
+                to=parameterization(to) if to else None,
+                size=size,
+                source_is=of_source,
+                texel_format=texel_format,
+                zstd=zstd,
+                progress=progress,
             ):
                 click.echo(f"{path} is written.")
         elif brdf and output:

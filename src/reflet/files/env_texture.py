@@ -1,6 +1,7 @@
 """Env images as the pictures of a texture and back: which parameterization a texture holds, and which texels."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -54,6 +55,13 @@ def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", 
         alpha_is_premultiplied=channels == 4,
         supercompression="zstd" if zstd else None,
     )
+
+
+def texture_from_slices(slices: Sequence[EnvImage], texel_format: str = "half", *, zstd: bool = False) -> Texture:
+    """Maps of one face and of one size as the layers of a 2D array; otherwise as `texture_from_levels`."""
+    textures = [texture_from_levels([image], texel_format, zstd=zstd) for image in slices]
+    layers = np.concatenate([texture.levels[0] for texture in textures])
+    return replace(textures[0], levels=(layers,))
 
 
 def _with_channels(texels: np.ndarray, channels: int) -> np.ndarray:
