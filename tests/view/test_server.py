@@ -43,17 +43,17 @@ def test_files_and_their_types(folder):
     with viewer_server(folder / "pem") as address:
         assert get(address, "/") == (200, "text/html; charset=utf-8", b"<reflet-viewer>")
         assert get(address, "/reflet-viewer.js")[:2] == (200, "text/javascript; charset=utf-8")
-        assert get(address, "/pem/scene.gltf")[:2] == (200, "model/gltf+json")
-        assert get(address, "/pem/textures/0.png")[:2] == (200, "image/png")
-        status, kind, body = get(address, "/pem/maps/0000/0-balls.ktx2?again")
+        assert get(address, "/scene/scene.gltf")[:2] == (200, "model/gltf+json")
+        assert get(address, "/scene/textures/0.png")[:2] == (200, "image/png")
+        status, kind, body = get(address, "/scene/maps/0000/0-balls.ktx2?again")
         assert (status, kind) == (200, "image/ktx2")
         assert body == (folder / "pem/maps/0000/0-balls.ktx2").read_bytes()
 
 
 @pytest.mark.parametrize(
     "path",
-    ["/../secret", "/pem/../secret", "/pem/%2e%2e/secret", "/pem/..%2fsecret", "/pem//../secret", "/%2e%2e/secret",
-     "/pem/", "/pem/maps/", "/pem/nothing", "/pem/x%00y", "//etc/hostname"],
+    ["/../secret", "/scene/../secret", "/scene/%2e%2e/secret", "/scene/..%2fsecret", "/scene//../secret",
+     "/%2e%2e/secret", "/scene/", "/scene/maps/", "/scene/nothing", "/scene/x%00y", "//etc/hostname"],
 )  # fmt: skip
 def test_nothing_else_is_served(folder, path):
     with viewer_server(folder / "pem") as address:
@@ -63,8 +63,8 @@ def test_nothing_else_is_served(folder, path):
 def test_other_names_of_this_machine_are_refused(folder):
     """A page elsewhere cannot read the PEM by letting its own name resolve to this address."""
     with viewer_server(folder / "pem") as address:
-        assert get(address, "/pem/scene.gltf", host="attacker.example")[0] == 403
-        assert get(address, "/pem/scene.gltf", host="localhost:80")[0] == 200
+        assert get(address, "/scene/scene.gltf", host="attacker.example")[0] == 403
+        assert get(address, "/scene/scene.gltf", host="localhost:80")[0] == 200
 
 
 def test_no_pem_no_server(folder):
@@ -89,7 +89,7 @@ def test_export_is_a_whole_page(folder):
     index = export_viewer(folder / "pem/scene.gltf", folder / "site")
     assert index.read_text() == "<reflet-viewer>"
     assert (folder / "site/reflet-viewer.js").exists()
-    assert len(open_pem(folder / "site/pem").maps[0]) == 3
-    assert not (folder / "site/pem/bake.json").exists()
+    assert len(open_pem(folder / "site/scene").maps[0]) == 3
+    assert not (folder / "site/scene/bake.json").exists()
     with pytest.raises(RefletError, match="holds files already"):
         export_viewer(folder / "pem", folder / "site")

@@ -4,32 +4,22 @@ One browser session (web/test/viewer.mjs) drives the built viewer; here its fram
 """
 
 import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import draw, drive, need_built_viewer
 from PIL import Image
 from small_pem import small_pem
 
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.errors import RefletError
 from reflet.pem.container import save_pem
 from reflet.scene.parameter_space import Axis
 from reflet.view.server import viewer_server
-from reflet.view.static_files import viewer_folder
 
-ROOT = Path(__file__).parents[2]
-CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
-# Chromium's own software rasterizer, for the Python side too: the same machine code draws both.
-SWIFTSHADER = Path("/usr/lib/chromium/vk_swiftshader_icd.json")
 ORBIT_VIEWS = 60  # more than the 42 that can be resident
 
 OTHERS = ("latlong", "dual_paraboloid", "gazing_ball")  # twice as wide; two faces; a frame of its own for each sample
@@ -65,14 +55,7 @@ def orbit_pem():
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """(what the browser saw, folder of its frames, PEM folder, orbit's PEM folder)."""
-    if not shutil.which(CHROMIUM) or not shutil.which("node"):
-        pytest.skip("needs Chromium and Node.js")
-    try:
-        built = (viewer_folder() / "index.html").stat().st_mtime
-    except RefletError:
-        pytest.skip("the viewer is not built; run: make web")
-    sources = [*ROOT.glob("web/src/**/*"), *ROOT.glob("src/reflet/shaders/*.wgsl")]
-    assert built > max(path.stat().st_mtime for path in sources), "the viewer is older than its sources; run: make web"
+    need_built_viewer()
     folder = tmp_path_factory.mktemp("viewer")
     save_pem(folder / "pem", small_pem())
     save_pem(folder / "orbit", orbit_pem())
@@ -82,15 +65,8 @@ def session(tmp_path_factory):
         address, orbit_address, *others = (
             servers.enter_context(viewer_server(folder / name)) for name in ("pem", "orbit", *OTHERS)
         )
-        script, by_name = ROOT / "web/test/viewer.mjs", json.dumps(dict(zip(OTHERS, others, strict=True)))
-        done = subprocess.run(
-            ["node", script, address, orbit_address, folder, by_name],
-            capture_output=True,
-            text=True,
-            timeout=400,
-            check=False,
-        )
-    assert done.returncode == 0, done.stderr
+        by_name = json.dumps(dict(zip(OTHERS, others, strict=True)))
+        drive("viewer.mjs", address, orbit_address, folder, by_name)
     return json.loads((folder / "seen.json").read_text()), folder
 
 
@@ -110,8 +86,6 @@ def srgb_display(radiance):
 @pytest.fixture(scope="module")
 def drawn(session):
     """The same frames by the Python renderer on Chromium's rasterizer."""
-    if not SWIFTSHADER.exists():
-        pytest.skip("this Chromium brings no SwiftShader that Vulkan programs can load")
     seen, folder = session
     requests = {
         name: {
@@ -123,19 +97,7 @@ def drawn(session):
         for name, arguments in ARGUMENTS.items()
     }
     (folder / "requests.json").write_text(json.dumps(requests))
-    command = [
-        sys.executable,
-        ROOT / "tests/view/draw_frames.py",
-        folder,
-        folder / "requests.json",
-        folder / "drawn.npz",
-    ]
-    environment = {**os.environ, "VK_DRIVER_FILES": str(SWIFTSHADER)}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    frames = np.load(folder / "drawn.npz")
-    assert "SwiftShader" in str(frames["adapter"])
-    return frames
+    return draw("draw_frames.py", folder, folder / "requests.json", folder / "drawn.npz")
 
 
 def test_the_page_has_nothing_to_complain_of(session):

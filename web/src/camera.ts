@@ -2,7 +2,7 @@
 
 import { cross, dot, length, normalize, scale, subtract, type Vec3 } from "./vectors";
 
-const NEAR_SHARE = 1e-3; // of the distance to the target, as in reflet.render.layouts
+export const NEAR_SHARE = 1e-3; // of the distance to the target, as in reflet.render.layouts
 const UP: Vec3 = [0, 1, 0];
 
 /** A point of the parameter space: coordinates by axis name, as in scene.gltf. */
@@ -19,6 +19,14 @@ export interface Orbit {
   readonly distance: number;
   readonly fovDeg: number;
 }
+
+/** An orbit as scene.gltf has it. */
+export type OrbitDescription = Omit<Orbit, "target"> & { target: number[] };
+
+export const readOrbit = ({ target, ...rest }: OrbitDescription): Orbit => ({
+  ...rest,
+  target: [target[0] as number, target[1] as number, target[2] as number],
+});
 
 export interface Camera {
   readonly position: Vec3;

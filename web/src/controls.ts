@@ -11,6 +11,8 @@ export interface Motion {
   turn(azimuth: number, elevation: number): void;
   /** Multiplies its distance. */
   zoom(factor: number): void;
+  /** A drag to the right with shift held, or a key for it, in degrees. Returns false where that means nothing. */
+  shiftDrag(degrees: number): boolean;
   /** Back to where it began. */
   home(): void;
 }
@@ -44,6 +46,7 @@ export function steer(element: HTMLElement, motion: Motion, signal: AbortSignal)
     if (pointers.size === 1) {
       // The scene follows the pointer: to the right, so the camera goes left, where azimuths are smaller.
       const degrees = DEGREES_PER_HALF_TURN / Math.min(element.clientWidth, element.clientHeight);
+      if (event.shiftKey && motion.shiftDrag((event.clientX - before.x) * degrees)) return;
       motion.turn((before.x - event.clientX) * degrees, (event.clientY - before.y) * degrees);
     } else if (pointers.size === 2 && spread() > 0) {
       motion.zoom(spreadBefore / spread());
@@ -73,6 +76,8 @@ export function steer(element: HTMLElement, motion: Motion, signal: AbortSignal)
     "=": () => motion.zoom(1 / ZOOM_PER_KEY),
     "-": () => motion.zoom(ZOOM_PER_KEY),
     Home: () => motion.home(),
+    "[": () => motion.shiftDrag(-DEGREES_PER_KEY),
+    "]": () => motion.shiftDrag(DEGREES_PER_KEY),
   };
   on("keydown", (event) => {
     const act = event.ctrlKey || event.metaKey || event.altKey ? undefined : keys[event.key];

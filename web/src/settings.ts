@@ -2,7 +2,7 @@
 
 import type { Kind } from "./geometry";
 import type { Shown } from "./gpu/layouts";
-import type { ToneCurve } from "./gpu/renderer";
+import { NORMAL_EXPOSURE, type ToneCurve } from "./gpu/picture-sum";
 
 export interface Settings {
   view: "picture" | "maps";
@@ -25,6 +25,6 @@ export const defaultSettings = (): Settings => ({
   shown: { diffuse: true, fresnel: true, distant: true, local: true },
   geometry: "baked",
   growth: 1,
-  exposure: 1.6,
+  exposure: NORMAL_EXPOSURE,
   curve: "exponential",
 });

@@ -1,12 +1,15 @@
-// <reflet-viewer src="pem/scene.gltf">: shows a parameterized environment map.
+// <reflet-viewer src="scene/scene.gltf">: shows a parameterized environment map, or a mesh of some material in an environment.
 
 import type { ViewPoint } from "./camera";
 import { steer } from "./controls";
+import { openSceneFile } from "./gltf";
 import { openDevice } from "./gpu/device";
-import { Panel } from "./panel";
-import { openPem } from "./pem";
-import { Playback, type RawFrame } from "./playback";
-import { defaultSettings, type Settings } from "./settings";
+import { readPem } from "./pem";
+import { Playback } from "./playback";
+import type { Listener, Player, RawFrame } from "./player";
+import type { Settings } from "./settings";
+import { readShadedScene } from "./shaded-scene";
+import { Shading, type ShadingSettings } from "./shading";
 import css from "./viewer.css?inline";
 
 const WIDE = 1000; // pixels of the page from which on the settings are open at first
@@ -22,14 +25,12 @@ const MARKUP = `
 export class RefletViewer extends HTMLElement {
   /** Resolves when the scene is open; rejects with one sentence, which the page shows too. */
   readonly ready: Promise<void>;
-  private readonly settings = defaultSettings();
   private readonly root: ShadowRoot;
   private readonly canvas: HTMLCanvasElement;
   private readonly notice: HTMLElement;
   private readonly toggle: HTMLButtonElement;
   private device: GPUDevice | undefined;
-  private panel: Panel | undefined;
-  private playback: Playback | undefined;
+  private player: Player | undefined;
   private failure: Error | undefined;
   private opening = false;
   private gone = new AbortController();
@@ -62,37 +63,40 @@ export class RefletViewer extends HTMLElement {
 
   /** Where the camera stands. What is set may be a part of it; it is brought back to where the camera may go. */
   get viewpoint(): ViewPoint | undefined {
-    return this.playback?.viewpoint;
+    return this.player?.viewpoint;
   }
 
   set viewpoint(point: Partial<ViewPoint>) {
-    if (this.playback) this.playback.viewpoint = point;
+    if (this.player) this.player.viewpoint = point;
+  }
+
+  /** All settings, as `configure` takes them. */
+  get settings(): Settings | ShadingSettings | undefined {
+    return this.player && structuredClone(this.player.settings);
   }
 
   /** Changes some of the settings. */
-  configure(settings: Partial<Settings>): void {
-    Object.assign(this.settings, settings);
-    this.panel?.show();
-    this.playback?.configure();
+  configure(settings: Partial<Settings> | Partial<ShadingSettings>): void {
+    this.player?.configure(settings);
   }
 
   /** Resolves when the picture shows the right maps and all its samples. */
   async settled(): Promise<void> {
-    await this.until((playback) => playback.settled);
+    await this.until((player) => player.settled);
   }
 
   /** Draws the present view at another size and returns the numbers: `samples` a pixel, or four in one pass. */
   async rawFrame(width: number, height: number, samples: number | "multisampled"): Promise<RawFrame> {
-    const playback = await this.until((that) => that.complete);
-    return playback.rawFrame(width, height, samples);
+    const player = await this.until((that) => that.complete);
+    return player.rawFrame(width, height, samples);
   }
 
-  private async until(condition: (playback: Playback) => boolean): Promise<Playback> {
+  private async until(condition: (player: Player) => boolean): Promise<Player> {
     await this.ready;
     for (;;) {
       if (this.failure) throw this.failure;
-      if (this.playback === undefined) throw new Error("The viewer was removed from the page.");
-      if (condition(this.playback)) return this.playback;
+      if (this.player === undefined) throw new Error("The viewer was removed from the page.");
+      if (condition(this.player)) return this.player;
       await new Promise(requestAnimationFrame);
     }
   }
@@ -102,28 +106,25 @@ export class RefletViewer extends HTMLElement {
     try {
       const src = this.getAttribute("src");
       if (!src) throw new Error("A reflet-viewer needs the address of a scene.gltf in its src attribute.");
-      const [device, pem] = await Promise.all([openDevice(), openPem(src)]);
+      const [device, scene] = await Promise.all([openDevice(), openSceneFile(src)]);
       this.device = device;
       void device.lost.then((lost) => {
         if (lost.reason !== "destroyed") this.fail("The graphics device was lost; reload the page.");
       });
-      this.playback = await Playback.create(this.canvas, device, pem, this.settings, {
+      const listener: Listener = {
         shown: () => {
           this.notice.hidden = this.failure === undefined;
         },
         status: (text) => {
-          if (this.panel) this.panel.status = text;
+          if (this.player) this.player.panel.status = text;
         },
         failed: (message) => this.fail(message),
-      });
-      const { playback } = this;
-      this.panel = new Panel(
-        pem,
-        this.settings,
-        () => playback.configure(),
-        () => playback.home(),
-      );
-      this.buildPage(playback, this.panel);
+      };
+      const [pem, shaded] = await Promise.all([readPem(scene), readShadedScene(scene)]);
+      if (pem) this.player = await Playback.create(this.canvas, device, pem, listener);
+      else if (shaded) this.player = await Shading.create(this.canvas, device, shaded, listener);
+      else throw new Error(`${src} is a plain glTF file, with nothing in it that this viewer knows to show.`);
+      this.buildPage(this.player);
       this.resolveReady();
     } catch (error) {
       this.rejectReady(this.fail(error instanceof Error ? error.message : String(error)));
@@ -133,18 +134,19 @@ export class RefletViewer extends HTMLElement {
   private close(): void {
     this.gone.abort();
     this.gone = new AbortController();
-    this.panel?.element.remove();
+    this.player?.panel.element.remove();
     this.device?.destroy();
-    this.device = this.panel = this.playback = undefined;
+    this.device = this.player = undefined;
     this.opening = false;
   }
 
-  private buildPage(playback: Playback, panel: Panel): void {
+  private buildPage(player: Player): void {
     const { signal } = this.gone;
+    const { panel } = player;
     const open = (opened: boolean) => {
       panel.element.hidden = !opened;
-      playback.covered = opened ? this.clientWidth - panel.element.offsetLeft : 0;
-      playback.invalidate();
+      player.covered = opened ? this.clientWidth - panel.element.offsetLeft : 0;
+      player.invalidate();
       this.toggle.setAttribute("aria-expanded", String(opened));
     };
     this.root.append(panel.element);
@@ -153,16 +155,17 @@ export class RefletViewer extends HTMLElement {
     this.toggle.addEventListener("click", () => open(panel.element.hidden), { signal });
     const motion = {
       turn: (azimuth: number, elevation: number) => {
-        const { azimuth_deg, elevation_deg } = playback.viewpoint;
-        playback.viewpoint = { azimuth_deg: azimuth_deg + azimuth, elevation_deg: elevation_deg + elevation };
+        const { azimuth_deg, elevation_deg } = player.viewpoint;
+        player.viewpoint = { azimuth_deg: azimuth_deg + azimuth, elevation_deg: elevation_deg + elevation };
       },
       zoom: (factor: number) => {
-        playback.viewpoint = { distance: playback.viewpoint.distance * factor };
+        player.viewpoint = { distance: player.viewpoint.distance * factor };
       },
-      home: () => playback.home(),
+      home: () => player.home(),
+      shiftDrag: (degrees: number) => player.shiftDrag(degrees),
     };
     steer(this.canvas, motion, signal);
-    const observer = new ResizeObserver(() => playback.invalidate());
+    const observer = new ResizeObserver(() => player.invalidate());
     observer.observe(this.canvas);
     signal.addEventListener("abort", () => observer.disconnect());
   }

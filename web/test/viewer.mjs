@@ -132,9 +132,9 @@ await withPage(async (page) => {
       return shown && !shown.hidden && shown.textContent === said ? said : `not shown: ${said}`;
     }, src);
   const complaints = [...seen.complaints];
-  seen.notices = { missing: await notice("pem/nowhere.gltf"), foreign: await notice("reflet-viewer.js") };
+  seen.notices = { missing: await notice("scene/nowhere.gltf"), foreign: await notice("reflet-viewer.js") };
   await page.evaluate(() => Object.defineProperty(navigator, "gpu", { value: undefined, configurable: true }));
-  seen.notices.noWebGpu = await notice("pem/scene.gltf");
+  seen.notices.noWebGpu = await notice("scene/scene.gltf");
   seen.complaints = complaints; // the missing file just now is in the console, as it should be
 }, browser);
 

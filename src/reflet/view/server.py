@@ -1,4 +1,4 @@
-"""Serves the web viewer and one PEM to this machine alone."""
+"""Serves the web viewer and one scene to this machine alone."""
 
 import threading
 import webbrowser
@@ -12,13 +12,13 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from reflet.errors import RefletError
-from reflet.view.static_files import PEM_FOLDER, pem_folder, viewer_folder
+from reflet.view.static_files import SCENE_FOLDER, scene_folder, viewer_folder
 
 
 def serve(folder: str | Path, port: int = 0, open_browser: bool = True) -> None:
-    """Serve the viewer with the PEM in ``folder`` on loopback until Ctrl-C; port 0 takes a free one.
+    """Serve the viewer with the PEM or shaded scene in ``folder`` on loopback until Ctrl-C; port 0 takes a free one.
 
-    Prints the address. Raises RefletError where ``folder`` is no PEM, the viewer is not built or the port is taken.
+    Prints the address. Raises RefletError where ``folder`` is neither, the viewer is not built or the port is taken.
     """
     with viewer_server(folder, port) as address:
         print(f"{address} shows {folder}; Ctrl-C ends it.", flush=True)
@@ -33,7 +33,7 @@ def serve(folder: str | Path, port: int = 0, open_browser: bool = True) -> None:
 @contextmanager
 def viewer_server(folder: str | Path, port: int = 0) -> Iterator[str]:
     """Serve in the background while the block runs; gives the viewer's address. Errors are those of `serve`."""
-    handler = partial(_Handler, viewer=viewer_folder(), pem=pem_folder(folder))
+    handler = partial(_Handler, viewer=viewer_folder(), scene=scene_folder(folder))
     try:
         server = ThreadingHTTPServer(("127.0.0.1", port), handler)
     except OSError as error:
@@ -49,7 +49,7 @@ def viewer_server(folder: str | Path, port: int = 0) -> Iterator[str]:
 
 
 class _Handler(SimpleHTTPRequestHandler):
-    """Files of the viewer at the root, those of the PEM below ``pem/``; nothing else, no listings."""
+    """Files of the viewer at the root, those of the scene below ``scene/``; nothing else, no listings."""
 
     protocol_version = "HTTP/1.1"  # one connection for the hundreds of map files
     extensions_map = {  # noqa: RUF012 - the base class declares it so
@@ -64,14 +64,16 @@ class _Handler(SimpleHTTPRequestHandler):
         "": "application/octet-stream",
     }
 
-    def __init__(self, *args: Any, viewer: Path, pem: Path) -> None:
-        self.viewer, self.pem = viewer, pem
+    def __init__(self, *args: Any, viewer: Path, scene: Path) -> None:
+        self.viewer, self.scene = viewer, scene
         super().__init__(*args, directory=str(viewer))
 
     def translate_path(self, path: str) -> str:
         """The file for a URL; one that leaves the two folders, by whatever trick, is none."""
         parts = [part for part in unquote(urlsplit(path).path).split("/") if part]
-        root, inside = (self.pem, parts[1:]) if parts[:1] == [PEM_FOLDER] else (self.viewer, parts or ["index.html"])
+        root, inside = (
+            (self.scene, parts[1:]) if parts[:1] == [SCENE_FOLDER] else (self.viewer, parts or ["index.html"])
+        )
         if any(part in (".", "..") or "\\" in part or "\0" in part for part in inside):
             return str(root / ".nowhere")
         return str(root.joinpath(*inside))
@@ -89,7 +91,7 @@ class _Handler(SimpleHTTPRequestHandler):
         return super().send_head()
 
     def end_headers(self) -> None:
-        """A PEM may be baked again under the same address: ask each time, send only what changed."""
+        """A scene may be written again under the same address: ask each time, send only what changed."""
         self.send_header("Cache-Control", "no-cache")
         super().end_headers()
 

@@ -1,11 +1,14 @@
-"""Where the built viewer and a PEM's files lie."""
+"""Where the built viewer and a scene's files lie."""
 
+import json
 from pathlib import Path
 
 from reflet.errors import RefletError
+from reflet.pem import layout
 from reflet.pem.reader import open_pem
 
-PEM_FOLDER = "pem"  # beside the viewer's own files, on a server and in an export
+SCENE_FOLDER = "scene"  # beside the viewer's own files, on a server and in an export
+SHADED_EXTENSION = "REFLET_environment_mapped_material"  # of a scene.gltf that holds no PEM but a shaded mesh
 _VIEWER = Path(__file__).parent / "static"
 
 
@@ -16,8 +19,17 @@ def viewer_folder() -> Path:
     return _VIEWER
 
 
-def pem_folder(folder: str | Path) -> Path:
-    """Folder of a PEM that opens. Raises RefletError as `reflet.pem.reader.open_pem` does."""
-    open_pem(folder)
+def scene_folder(folder: str | Path) -> Path:
+    """Folder of a PEM that opens, or of a shaded scene. Raises RefletError as `reflet.pem.reader.open_pem` does."""
+    if not _is_shaded(Path(folder)):
+        open_pem(folder)
     folder = Path(folder).absolute()
     return folder if folder.is_dir() else folder.parent
+
+
+def _is_shaded(path: Path) -> bool:
+    try:
+        document = json.loads((path / layout.SCENE if path.is_dir() else path).read_bytes())
+        return SHADED_EXTENSION in document["extensions"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False

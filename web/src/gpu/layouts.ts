@@ -2,8 +2,9 @@
 
 import { type Camera, clipFromWorld, pixelFromView, rayBasis } from "../camera";
 import { type Geometry, pack } from "../geometry";
+import type { Part } from "../gltf";
 import { PARAMETERIZATIONS } from "../parameterization";
-import type { Layer, Part } from "../pem";
+import type { Layer } from "../pem";
 import type { Vec3 } from "../vectors";
 
 /** What is shown of the reflection. */
@@ -26,7 +27,7 @@ const [BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_
 const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, METAL] = [128, 256, 512, 1024];
 
 // reflet.scene.sample_pattern, in 1/32 of a pixel.
-const PATTERN = [
+export const PATTERN = [
   [12, 4], [28, 12], [4, 20], [20, 28], [1, 3], [3, 9], [7, 31], [15, 15],
   [11, 23], [13, 29], [23, 7], [21, 13], [19, 19], [27, 1], [25, 17], [29, 27],
 ] as const; // biome-ignore format: a table

@@ -1,17 +1,15 @@
-// All pipelines, compiled once when the viewer opens.
+// All pipelines of PEM playback, compiled once when the viewer opens.
 
 import { PARAMETERIZATIONS } from "../parameterization";
 import type { Layer } from "../pem";
 import { link } from "../shaders";
-
-const DEPTH: GPUTextureFormat = "depth32float";
+import { createScreenPipeline } from "./picture-sum";
+import { DEPTH } from "./target";
 
 export interface Pipelines {
   /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
   readonly picture: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
   readonly backdrop: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
-  readonly accumulate: GPUComputePipeline;
-  readonly display: GPURenderPipeline;
   readonly mapView: GPURenderPipeline;
 }
 
@@ -25,7 +23,6 @@ export async function createPipelines(
   const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
   const picture = module("picture");
   const backdrop = module("backdrop");
-  const accumulate = module("accumulate");
 
   // Code for other parameterizations than the layers' own costs nothing then.
   const constants: Record<string, number> = {};
@@ -56,38 +53,16 @@ export async function createPipelines(
       },
     });
 
-  const onScreen = (name: string, vertex: string, fragment: string) => {
-    const shader = module(name);
-    return device.createRenderPipelineAsync({
-      layout: "auto",
-      vertex: { module: shader, entryPoint: vertex },
-      fragment: { module: shader, entryPoint: fragment, targets: [{ format: screen }] },
-    });
-  };
-
-  const summed = device.createBindGroupLayout({
-    entries: [
-      { binding: 0, visibility: GPUShaderStage.COMPUTE, texture: { sampleType: "unfilterable-float" } },
-      { binding: 1, visibility: GPUShaderStage.COMPUTE, buffer: { type: "storage" } },
-    ],
-  });
-  const [single, multi, backdropSingle, backdropMulti, sum, display, mapView] = await Promise.all([
+  const [single, multi, backdropSingle, backdropMulti, mapView] = await Promise.all([
     drawn(picture, "picture", false),
     drawn(picture, "picture", true),
     drawn(backdrop, "backdrop", false),
     drawn(backdrop, "backdrop", true),
-    device.createComputePipelineAsync({
-      layout: device.createPipelineLayout({ bindGroupLayouts: [summed] }),
-      compute: { module: accumulate, entryPoint: "accumulate" },
-    }),
-    onScreen("display", "vertex_display", "display_sum"),
-    onScreen("map_view", "vertex_map_view", "map_view"),
+    createScreenPipeline(device, "map_view", "vertex_map_view", "map_view", screen),
   ]);
   return {
     picture: { single, multi },
     backdrop: { single: backdropSingle, multi: backdropMulti },
-    accumulate: sum,
-    display,
     mapView,
   };
 }

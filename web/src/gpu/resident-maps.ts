@@ -1,10 +1,11 @@
 // The maps that are on the device: a bounded set of the parameter space's samples, fetched as the view needs them.
 
 import { cameraAt, pointOf, viewFromWorld } from "../camera";
+import { fetchFile } from "../gltf";
 import { mapLevels } from "../ktx2";
 import { pointOfSample } from "../parameter-space";
 import { mapBytes, PARAMETERIZATIONS } from "../parameterization";
-import { fetchFile, type Layer, type Pem } from "../pem";
+import type { Layer, Pem } from "../pem";
 import type { Blended } from "./layouts";
 import { createMapArray, writeMap } from "./textures";
 

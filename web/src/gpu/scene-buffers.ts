@@ -1,7 +1,8 @@
 // The scene on the device, and the bind groups of its draw calls: twin of reflet.render.scene_buffers.
 
 import type { Geometry } from "../geometry";
-import type { Part, Pem, PemTexture } from "../pem";
+import type { Part, PictureTexture } from "../gltf";
+import type { Pem } from "../pem";
 import {
   type BoundLayer,
   FRAME_BYTES,
@@ -116,7 +117,7 @@ export class SceneBuffers {
       });
     const repeating = sampler("repeat");
     const clamping = sampler("clamp-to-edge");
-    const samplerOf = (texture: PemTexture | undefined) => (texture?.clamp ? clamping : repeating);
+    const samplerOf = (texture: PictureTexture | undefined) => (texture?.clamp ? clamping : repeating);
     return this.pem.parts.map((part, number) => {
       const [distant, local] = [this.layerOf(number, "distant"), this.layerOf(number, "local")];
       const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = part.material;
@@ -139,7 +140,7 @@ export class SceneBuffers {
     });
   }
 
-  private picture(texture: PemTexture | undefined, srgb: boolean): GPUTextureView {
+  private picture(texture: PictureTexture | undefined, srgb: boolean): GPUTextureView {
     const pictures = srgb ? this.srgbPictures : this.pictures;
     let picture = pictures.get(texture?.image);
     if (picture === undefined) {

@@ -1,5 +1,7 @@
 // Textures of one picture size, made when first drawn into, and the sum of pictures.
 
+export const DEPTH: GPUTextureFormat = "depth32float";
+
 export class Target {
   readonly sum: GPUBuffer;
   private readonly textures = new Map<string, GPUTexture>();

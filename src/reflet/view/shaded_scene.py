@@ -1,0 +1,167 @@
+"""A mesh of some material in an environment as files for the web viewer: glTF with an extension that names the maps.
+
+The folder holds ``scene.gltf`` and its buffer, the environment as a cube in half float with all mip levels, the diffuse
+map, and ``shading.bin``: the table of the split sum and the lobes that the viewer filters the environment with, on its
+own device. Other glTF viewers show the mesh.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float32
+
+from reflet.envmap.cube import CUBE
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.mip_reduction import mip_images
+from reflet.envmap.resample import resample
+from reflet.errors import RefletError
+from reflet.files.atomic import atomic_write
+from reflet.files.ktx2 import write_ktx2
+from reflet.pem.arrays import BufferWriter
+from reflet.pem.gltf_scene import write_scene
+from reflet.pem.layout import SCENE, slug
+from reflet.reflectance.kernel import Kernel
+from reflet.reflectance.lobe_taps import lobe_taps
+from reflet.reflectance.map_material import Lookup
+from reflet.reflectance.material import (
+    Coated,
+    Conductor,
+    Dielectric,
+    DielectricOverDiffuse,
+    GlossyGgx,
+    GlossyPhong,
+    Mirror,
+    SurfaceMaterial,
+    dfg_table,
+)
+from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.metals import METALS
+from reflet.render.probe_filter import ggx_kernels
+from reflet.scene.material import Material
+from reflet.scene.mesh import Mesh
+from reflet.scene.parameter_space import Orbit
+from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.view.static_files import SHADED_EXTENSION
+
+VERSION = 1
+_BUFFER = "shading.bin"
+_LARGEST = 512  # rows of the cube: 17 MB with all levels
+_LARGEST_GGX = 256
+_PHONG_SIZE = 128
+
+
+@dataclass(frozen=True)
+class NamedMap:
+    """A map that the viewer shows as it is: its mip levels, finest first, down to one row, and how it is looked up."""
+
+    levels: tuple[EnvImage, ...]
+    lookup: Lookup = Lookup.VIEW_NORMAL
+
+
+def write_shaded_scene(
+    folder: str | Path,
+    mesh: Mesh,
+    environment: EnvImage | None,
+    orbit: Orbit,
+    material: SurfaceMaterial | str,
+    *,
+    maps: Mapping[str, NamedMap] | None = None,
+    largest: int = _LARGEST,
+) -> None:
+    """Write what the viewer shows into ``folder``; ``scene.gltf`` comes last.
+
+    ``material`` is what the viewer opens with: a material, or the name of one of ``maps``. The environment, by default
+    a plain white one, becomes a cube of about its own texels, of at most ``largest`` rows. Raises RefletError for
+    radiance that is negative or not finite, and for materials given by BRDF tables.
+    """
+    folder = Path(folder)
+    maps = maps or {}
+    shown = environment or EnvImage(CUBE, np.ones((6, 1, 1, 3), np.float32))
+    cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
+    buffer = BufferWriter(_BUFFER)
+    size = max(min(cube.size, _LARGEST_GGX), 32)
+    lobes = [buffer.add(_taps(kernel)) for kernel in ggx_kernels(size)]
+    extension: dict[str, Any] = {
+        "version": VERSION,
+        "orbit": {
+            "target": list(orbit.target),
+            "azimuthDeg": orbit.azimuth_deg,
+            "elevationDeg": orbit.elevation_deg,
+            "distance": orbit.distance,
+            "fovDeg": orbit.fov_deg,
+        },
+        "environment": _write_map(folder, "environment", mip_images(cube)),
+        "diffuse": _write_map(folder, "diffuse", mip_images(EnvironmentMaps(shown).diffuse)),
+        "dfg": buffer.add(dfg_table()),
+        "ggx": {"size": size, "lobes": lobes},
+        "phongSize": _PHONG_SIZE,
+        "metals": _metals(material),
+        "maps": [
+            {
+                "name": name,
+                "lookup": item.lookup.name.lower(),
+                **_write_map(folder, f"map-{slug(name)}", item.levels),
+            }
+            for name, item in maps.items()
+        ],
+        "material": material_to_json(material),
+    }
+    buffer.write(folder)
+    part = Part("mesh", mesh, Material("mesh"), True)
+    document = write_scene(folder, Scene((part,), (ReflectiveObject("mesh", (0,)),)))
+    document["extensionsUsed"] = [*document.get("extensionsUsed", []), SHADED_EXTENSION]
+    document["extensions"] = {SHADED_EXTENSION: extension}
+    atomic_write(folder / SCENE, (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def material_to_json(material: SurfaceMaterial | str) -> dict[str, Any]:
+    """A material as the viewer has it (`web/src/material.ts`); a name is that of a map."""
+    match material:
+        case str():
+            return {"kind": "map", "map": material}
+        case Mirror(reflectance):
+            return {"kind": "mirror", "reflectance": list(reflectance)}
+        case Dielectric(index):
+            return {"kind": "dielectric", "index": index}
+        case DielectricOverDiffuse(index, albedo):
+            return {"kind": "dielectric_over_diffuse", "index": index, "albedo": list(albedo)}
+        case Coated(index, albedo):
+            return {"kind": "coated", "index": index, "albedo": list(albedo)}
+        case Conductor(n, k):
+            return {"kind": "conductor", "n": list(n), "k": list(k)}
+        case GlossyPhong(exponent, specular, diffuse):
+            return {"kind": "phong", "exponent": exponent, "specular": list(specular), "diffuse": list(diffuse)}
+        case GlossyGgx(color, metallic, roughness):
+            return {"kind": "ggx", "baseColor": list(color), "metallic": metallic, "roughness": roughness}
+    raise RefletError(f"The web viewer cannot show a {type(material).__name__} yet; reflet shade draws it.")
+
+
+def _cube_size(image: EnvImage, largest: int) -> int:
+    """Rows of a cube with about as many texels to a right angle, a power of two."""
+    directions = np.prod(image.parameterization.shape(image.size)) / 6.0
+    return int(min(largest, 2 ** max(round(0.5 * np.log2(directions)), 0)))
+
+
+def _taps(kernel: Kernel) -> Float32[np.ndarray, "taps 5"]:
+    lobe = lobe_taps(kernel)
+    return np.concatenate([lobe.direction, lobe.blur[:, None], lobe.weight[:, None]], 1).astype(np.float32)
+
+
+def _metals(material: SurfaceMaterial | str) -> list[dict[str, Any]]:
+    metals = dict(METALS)
+    if isinstance(material, Conductor) and material not in metals.values():
+        metals["as given"] = material
+    return [{"name": name, "n": list(metal.n), "k": list(metal.k)} for name, metal in metals.items()]
+
+
+def _write_map(folder: Path, name: str, levels: Sequence[EnvImage]) -> dict[str, Any]:
+    finest = levels[0]
+    uri = f"maps/{name}.ktx2"
+    texels = np.concatenate([level.texels[..., :3].reshape(-1, 3) for level in levels])
+    write_ktx2(folder / uri, MipChain(finest.size, finest.parameterization), texels)
+    return {"uri": uri, "parameterization": finest.parameterization.name, "size": finest.size}

@@ -1,0 +1,113 @@
+"""Draws a shaded scene as the viewer does, on another graphics driver than this process has: set VK_DRIVER_FILES.
+
+``draw_materials.py FOLDER REQUESTS.json OUT.npz``; a request has width, height, samples and the viewer's settings. Each
+frame comes twice: by the device's prefilters (``NAME``), and by `MaterialRenderer`, which filters with the CPU
+(``NAME-cpu``).
+"""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from reflet.envmap.env_image import EnvImage
+from reflet.files.ktx2 import read_ktx2
+from reflet.reflectance import material as materials
+from reflet.reflectance.map_material import Lookup, MapMaterial
+from reflet.reflectance.phong import PhongKernel
+from reflet.render.device import shared_device
+from reflet.render.env_map_renderer import EnvMapRenderer
+from reflet.render.env_map_texture import upload_env_map
+from reflet.render.material_renderer import MaterialRenderer
+from reflet.render.phong_paraboloid import PhongParaboloidFilter
+from reflet.render.probe_filter import ProbeFilter
+from reflet.scene.gltf import read_gltf
+from reflet.scene.parameter_space import Orbit
+from reflet.shade import turn_about_vertical
+
+CLASSES = {
+    "mirror": materials.Mirror,
+    "dielectric": materials.Dielectric,
+    "dielectric_over_diffuse": materials.DielectricOverDiffuse,
+    "coated": materials.Coated,
+    "conductor": materials.Conductor,
+    "phong": materials.GlossyPhong,
+    "ggx": materials.GlossyGgx,
+}
+
+
+def material_of(settings):
+    """The material that the viewer's settings describe; the order of their fields is that of the class."""
+    fields = dict(settings["material"])
+    kind = fields.pop("kind")
+    return CLASSES[kind](*(tuple(value) if isinstance(value, list) else value for value in fields.values()))
+
+
+class Scene:
+    """What the folder holds, on the device."""
+
+    def __init__(self, folder):
+        self.folder, self.device = folder, shared_device()
+        document = json.loads((folder / "scene.gltf").read_bytes())
+        (self.extension,) = document["extensions"].values()
+        orbit = self.extension["orbit"]
+        self.orbit = Orbit(
+            tuple(orbit["target"]), orbit["azimuthDeg"], orbit["elevationDeg"], orbit["distance"], orbit["fovDeg"]
+        )
+        (part,) = read_gltf(folder / "scene.gltf")
+        self.mesh = part.mesh
+        self.renderer = EnvMapRenderer(self.mesh)
+        self.levels = self.read(self.extension["environment"])
+        self.environment = upload_env_map(self.device, self.levels)
+        self.diffuse = upload_env_map(self.device, self.read(self.extension["diffuse"]))
+        self.ggx = ProbeFilter(self.device, self.extension["ggx"]["size"])
+        self.phong = PhongParaboloidFilter(self.device, self.extension["phongSize"])
+        finest = self.levels[0]
+        self.by_cpu = MaterialRenderer(self.mesh, EnvImage(finest.parameterization, finest.texels.astype(np.float32)))
+
+    def read(self, item):
+        """A map's levels, in half float."""
+        file = read_ktx2(self.folder / item["uri"])
+        return tuple(EnvImage(file.chain.parameterization, np.array(level)) for level in file.levels)
+
+    def frames(self, request):
+        """Both pictures of a request; the second only where there is light to filter."""
+        settings = request["settings"]
+        camera = replace(self.orbit.camera(), width=request["width"], height=request["height"])
+        common = {"frame": turn_about_vertical(settings["turn"]), "samples": request["samples"]}
+        if settings["material"]["kind"] == "map":
+            (item,) = (each for each in self.extension["maps"] if each["name"] == settings["material"]["map"])
+            material = MapMaterial(Lookup[item["lookup"].upper()])
+            drawn = self.picture(self.read(item), material, camera, backdrop=False, **common)
+            return drawn, None
+        material = material_of(settings)
+        backdrop = self.environment if settings["backdrop"] else False
+        by_cpu = self.by_cpu.picture(material, camera, backdrop=settings["backdrop"], **common)
+        roughness = None
+        encoder = self.device.create_command_encoder()
+        shown = self.environment
+        if isinstance(material, materials.GlossyPhong):
+            shown = self.phong.refilter(encoder, self.environment, PhongKernel(material.phong_exponent))
+        elif isinstance(material, materials.GlossyGgx):
+            shown, roughness = self.ggx.refilter(encoder, self.environment), material.perceptual_roughness
+        self.device.queue.submit([encoder.finish()])
+        return self.picture(shown, material, camera, backdrop=backdrop, roughness=roughness, **common), by_cpu
+
+    def picture(self, shown, material, camera, **arguments):
+        """By the renderer."""
+        texture = upload_env_map(self.device, shown) if isinstance(shown, tuple) else shown
+        diffuse = self.diffuse if material.diffuses else None
+        on_device = self.renderer.programs.material(material, diffuse)
+        return self.renderer.picture(texture, camera, material=on_device, **arguments)
+
+
+if __name__ == "__main__":
+    scene = Scene(Path(sys.argv[1]))
+    drawn = {}
+    for name, request in json.loads(Path(sys.argv[2]).read_text()).items():
+        drawn[name], by_cpu = scene.frames(request)
+        if by_cpu is not None:
+            drawn[f"{name}-cpu"] = by_cpu
+    np.savez(sys.argv[3], adapter=shared_device().adapter.info["device"], **drawn)

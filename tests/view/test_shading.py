@@ -1,0 +1,189 @@
+"""The viewer in a browser draws environment-mapped materials as the renderer does.
+
+One browser session (web/test/shading.mjs) drives the built viewer; here its frames are judged against those of
+`EnvMapRenderer` with the device's prefilters, on the same rasterizer, and of `MaterialRenderer`, which filters with the
+CPU.
+"""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from browser import draw, drive, need_built_viewer
+
+from reflet.envmap.cube import CUBE
+from reflet.envmap.dual_paraboloid import DualParaboloid
+from reflet.envmap.env_image import EnvImage
+from reflet.errors import RefletError
+from reflet.npr.drawing import drawn_levels
+from reflet.npr.drawings import drawing
+from reflet.reflectance.map_material import Lookup, MapMaterial
+from reflet.reflectance.material import Coated, Mirror
+from reflet.reflectance.metals import METALS
+from reflet.scene.parameter_space import Orbit
+from reflet.scene.primitives import torus_mesh
+from reflet.view.export import export_viewer
+from reflet.view.server import viewer_server
+from reflet.view.shaded_scene import NamedMap, material_to_json, write_shaded_scene
+
+GOLD = METALS["Au"]
+MATERIALS = {
+    "mirror": {"kind": "mirror", "reflectance": [0.9, 0.8, 0.7]},
+    "dielectric": {"kind": "dielectric", "index": 5.0},
+    "dielectric_over_diffuse": {"kind": "dielectric_over_diffuse", "index": 1.5, "albedo": [0.5, 0.02, 0.02]},
+    "coated": {"kind": "coated", "index": 1.5, "albedo": [0.1, 0.5, 0.9]},
+    "conductor": {"kind": "conductor", "n": list(GOLD.n), "k": list(GOLD.k)},
+    "phong": {"kind": "phong", "exponent": 10.0, "specular": [0.6, 0.5, 0.4], "diffuse": [0.1, 0.2, 0.3]},
+    "phong-sharper": {"kind": "phong", "exponent": 200.0, "specular": [0.6, 0.5, 0.4], "diffuse": [0.1, 0.2, 0.3]},
+    "ggx": {"kind": "ggx", "baseColor": [0.9, 0.6, 0.2], "metallic": 1.0, "roughness": 0.6},
+    "ggx-smoother": {"kind": "ggx", "baseColor": [0.9, 0.6, 0.2], "metallic": 0.5, "roughness": 0.2},
+    "by-normal": {"kind": "map", "map": "directions"},
+    "drawn": {"kind": "map", "map": "gooch+silhouette"},
+}
+SETTINGS = {name: {"material": material} for name, material in MATERIALS.items()} | {
+    "ggx-in-turned-light": {"material": MATERIALS["ggx"], "turn": 70}
+}
+FILTERED = ("phong", "phong-sharper", "ggx", "ggx-smoother", "ggx-in-turned-light", "phong-again", "phong-by-keys")
+BY_HAND = ("phong-again", "phong-by-keys", "copper", "alone", "turned")
+
+
+def environment():
+    """A sky over ground with a bright window, 100 times as bright: what filters must not smear or lose."""
+    d, _ = CUBE.texel_directions(64)
+    sky = 0.4 + 0.3 * d[..., 1:2] + 0.1 * np.sin(9.0 * d)
+    window = (d @ np.array([0.6, 0.64, 0.48]) > 0.97)[..., None]
+    return EnvImage(CUBE, (sky + 40.0 * window * np.array([1.0, 0.9, 0.7])).astype(np.float32))
+
+
+def directions():
+    """A map whose colours are its directions."""
+    levels = []
+    for k in range(7):
+        d, _ = CUBE.texel_directions(64 >> k)
+        levels.append(EnvImage(CUBE, (0.5 + 0.5 * d).astype(np.float32)))
+    return tuple(levels)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A torus in that environment, and two maps to show as they are."""
+    folder = tmp_path_factory.mktemp("shading")
+    maps = {
+        "directions": NamedMap(directions(), Lookup.NORMAL),
+        "gooch+silhouette": NamedMap(drawn_levels(drawing("gooch+silhouette"), DualParaboloid(), 64)),
+    }
+    orbit = Orbit((0.0, 0.0, 0.0), -60.0, 30.0, 3.5)
+    write_shaded_scene(folder, torus_mesh(around=72, sides=36), environment(), orbit, Coated(1.5), maps=maps)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def seen(folder):
+    """What the browser saw; its frames lie in the folder."""
+    need_built_viewer()
+    with viewer_server(folder) as address:
+        drive("shading.mjs", address, folder, json.dumps(SETTINGS))
+    return json.loads((folder / "seen.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def drawn(seen, folder):
+    """The same frames by Python, by the settings that the viewer says it has."""
+    requests = {
+        name: {"width": 64, "height": 48, "samples": 16 if name == "all-samples" else 1, "settings": settings}
+        for name, settings in seen["settings"].items()
+    }
+    (folder / "requests.json").write_text(json.dumps(requests))
+    return draw("draw_materials.py", folder, folder / "requests.json", folder / "drawn.npz")
+
+
+def frame(folder, name):
+    """A raw frame as the browser read it back."""
+    return np.fromfile(folder / f"{name}.f32", np.float32).reshape(48, 64, 4)
+
+
+def display_psnr(a, b):
+    """CONVENTIONS.md: sRGB(1 - exp(-1.6 radiance)); in dB."""
+
+    def display(radiance):
+        linear = 1.0 - np.exp(-1.6 * radiance.astype(np.float64))
+        return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+    return -10.0 * np.log10(np.mean(np.square(display(a[..., :3]) - display(b[..., :3]))))
+
+
+def test_the_page_has_nothing_to_complain_of(seen):
+    assert seen["complaints"] == []
+
+
+@pytest.mark.parametrize("name", ["home", *SETTINGS, *BY_HAND])
+def test_frames_equal_the_renderers(seen, folder, drawn, name):
+    """Byte for byte, but where maps are filtered: weights and taps are reckoned in other languages' arithmetic, and a
+    sum that falls on the other side of a half float's rounding moves by 2⁻¹¹."""
+    expected, found = drawn[name], frame(folder, name)
+    if name in ("by-normal", "drawn"):  # on white paper
+        expected = expected + (1.0 - expected[..., 3:]) * np.array([1.0, 1.0, 1.0, 0.0], np.float32)
+    if name in FILTERED:
+        np.testing.assert_allclose(found, expected, rtol=2.0**-10, atol=1e-5)
+    else:
+        np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize(("name", "least"), [
+    ("mirror", 60.0),  # the hardware's filter against eight loads: the same but for rounding
+    ("coated", 50.0),  # a diffuse map in half float
+    ("conductor", 60.0),
+    ("phong", 30.0), ("phong-sharper", 30.0), ("phong-by-keys", 30.0),  # the error of the paper's hardware method
+    ("ggx", 35.0), ("ggx-smoother", 33.0),  # of 37 taps, and of levels at half the distance
+])  # fmt: skip
+def test_frames_are_close_to_maps_filtered_by_the_cpu(seen, folder, drawn, name, least):
+    assert display_psnr(frame(folder, name), drawn[f"{name}-cpu"]) > least
+
+
+def test_all_samples_make_the_renderers_antialiased_picture(seen, folder, drawn):
+    """16 samples each: at other places in the pixel, so that edges differ by some shades."""
+    shown = drawn["all-samples"]
+    antialiased = display_psnr(frame(folder, "all-samples"), shown)
+    assert antialiased > 32.0
+    assert antialiased > display_psnr(frame(folder, "multisampled"), shown)
+
+
+def test_each_step_changes_the_picture(seen, folder):
+    """So the comparisons above are not of equal pictures."""
+    names = ["home", *SETTINGS, *BY_HAND]
+    for a, b in pairwise(names):
+        assert np.abs(frame(folder, a)[..., :3] - frame(folder, b)[..., :3]).mean() > 1e-3  # far above rounding
+
+
+def test_the_exponent_follows_the_keys(seen):
+    """Ten steps of a twentieth of an octave."""
+    before, after = (seen["settings"][name]["material"] for name in ("phong-again", "phong-by-keys"))
+    assert after["exponent"] == pytest.approx(before["exponent"] * 2**0.5, rel=0.02)  # the slider's first step rounds
+    assert {**after, "exponent": 0} == {**before, "exponent": 0}
+
+
+def test_shift_drag_and_keys_turn_the_light_alone(seen):
+    # 180° for the shorter side of 360 pixels: by 40 to the right 20°, from the 70° before.
+    assert seen["settings"]["alone"]["turn"] == 70
+    assert seen["settings"]["turned"]["turn"] == pytest.approx(90)
+    assert seen["afterKey"]["turn"] == pytest.approx(92)
+    assert seen["viewpoint"] == {"azimuth_deg": -60, "elevation_deg": 30, "distance": 3.5}
+
+
+def test_the_panel_chooses_metals_by_name(seen):
+    assert seen["settings"]["copper"]["material"] == material_to_json(METALS["Cu"])
+
+
+def test_a_shaded_scene_is_exported_as_a_whole_page(folder, tmp_path):
+    need_built_viewer()
+    index = export_viewer(folder, tmp_path / "site")
+    assert 'src="scene/scene.gltf"' in index.read_text()
+    assert (tmp_path / "site/scene/maps/environment.ktx2").exists()
+
+
+def test_what_the_viewer_cannot_show_is_one_sentence(tmp_path):
+    with pytest.raises(RefletError, match="cannot show a MapMaterial"):
+        write_shaded_scene(tmp_path, torus_mesh(), None, Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 3.0), MapMaterial())
+    assert not (tmp_path / "scene.gltf").exists()
+    assert material_to_json(Mirror()) == {"kind": "mirror", "reflectance": [1.0, 1.0, 1.0]}

@@ -1,0 +1,243 @@
+// Draws a mesh of any material in one environment: twin of reflet.render.material_renderer, with maps filtered here.
+
+import type { Camera } from "../camera";
+import type { Part } from "../gltf";
+import { diffuses, MATERIAL_BYTES, type Material, materialUniform } from "../material";
+import type { LoadedMap, NamedMap, ShadedScene, Shown } from "../shaded-scene";
+import { createEnvMap, EnvMapGroup, type EnvMapTexture, type Rotation } from "./env-map";
+import { PATTERN } from "./layouts";
+import { MaterialPrograms, type MeshVariant, VERTEX_FLOATS } from "./material-programs";
+import { PhongParaboloidFilter } from "./phong-paraboloid";
+import { PictureSum } from "./picture-sum";
+import { ProbeFilter } from "./probe-filter";
+import { writeMap } from "./textures";
+import { VIEW_BYTES, viewUniform } from "./view-uniform";
+
+/** What a frame shows. */
+export interface MaterialView {
+  readonly camera: Camera;
+  readonly material: Shown;
+  readonly mapFromWorld: Rotation; // of the environment
+  readonly backdrop: boolean;
+}
+
+/** What a material looks up, and how. */
+interface Reflected {
+  readonly map: EnvMapGroup;
+  readonly variant: MeshVariant;
+  readonly roughness: number | undefined;
+  readonly drawn: boolean; // by hand: its levels are for the picture's own pixels
+}
+
+const WHITE_MIRROR: Material = { kind: "mirror", reflectance: [1, 1, 1] };
+const PAPER: GPUColor = { r: 1, g: 1, b: 1, a: 0 };
+const NOTHING: GPUColor = { r: 0, g: 0, b: 0, a: 0 };
+const MIDDLE = [0.5, 0.5] as const;
+
+export class MaterialRenderer {
+  private readonly programs: MaterialPrograms;
+  private readonly viewUniform: GPUBuffer;
+  private readonly viewGroup: GPUBindGroup;
+  private readonly materialBuffer: GPUBuffer;
+  private readonly materialGroup: GPUBindGroup;
+  private readonly meshes: readonly { vertices: GPUBuffer; triangles: GPUBuffer; count: number }[];
+  private readonly environment: EnvMapTexture;
+  private readonly sharp: EnvMapGroup;
+  private readonly backdrop: EnvMapGroup;
+  private readonly drawnMaps = new Map<string, EnvMapGroup>();
+  private glossy: { group: EnvMapGroup } | undefined;
+  private phong: { filter: PhongParaboloidFilter; group: EnvMapGroup; exponent: number } | undefined;
+
+  private constructor(
+    private readonly device: GPUDevice,
+    private readonly scene: ShadedScene,
+    readonly sum: PictureSum,
+  ) {
+    this.programs = new MaterialPrograms(device);
+    this.viewUniform = this.uniform(VIEW_BYTES);
+    const place = this.buffer(
+      new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
+      GPUBufferUsage.STORAGE,
+    );
+    this.viewGroup = device.createBindGroup({
+      layout: this.programs.viewLayout,
+      entries: [
+        { binding: 0, resource: { buffer: this.viewUniform } },
+        { binding: 1, resource: { buffer: place } },
+      ],
+    });
+    this.environment = this.upload(scene.environment);
+    this.sharp = this.groupOf(this.environment);
+    this.backdrop = this.groupOf(this.environment);
+    this.materialBuffer = this.uniform(MATERIAL_BYTES);
+    this.materialGroup = device.createBindGroup({
+      layout: this.programs.materialLayout,
+      entries: [
+        { binding: 0, resource: { buffer: this.materialBuffer } },
+        { binding: 1, resource: this.upload(scene.diffuse).texture.createView({ dimension: "2d-array" }) },
+        { binding: 2, resource: this.table(scene.dfg).createView() },
+      ],
+    });
+    this.meshes = scene.parts.map((part) => ({
+      vertices: this.buffer(packVertices(part), GPUBufferUsage.VERTEX),
+      triangles: this.buffer(part.indices, GPUBufferUsage.INDEX),
+      count: part.indices.length,
+    }));
+  }
+
+  static async create(device: GPUDevice, scene: ShadedScene, screen: GPUTextureFormat): Promise<MaterialRenderer> {
+    return new MaterialRenderer(device, scene, await PictureSum.create(device, screen));
+  }
+
+  /** Draws four samples a pixel in one pass, of one colour a triangle: the whole sum. */
+  drawMultisampled(view: MaterialView): void {
+    this.draw(view, MIDDLE, 1, true, true);
+  }
+
+  /** Adds the next sub-sample of a picture of `sampleCount` to the sum, emptying it before the first. */
+  drawNextSample(view: MaterialView, sampleCount: number, first: boolean): void {
+    const [x, y] = PATTERN[first ? 0 : this.sum.count] ?? [16, 16];
+    this.draw(view, sampleCount === 1 ? MIDDLE : [x / 32, y / 32], sampleCount, first, false);
+  }
+
+  private draw(
+    view: MaterialView,
+    at: readonly [number, number],
+    sampleCount: number,
+    first: boolean,
+    multi: boolean,
+  ): void {
+    const { device, programs } = this;
+    const { camera, material, mapFromWorld } = view;
+    const reflected = this.reflected(material);
+    // Samples share a pixel: each may look maps up as much sharper.
+    const lodBias = -0.5 * Math.log2(sampleCount);
+    device.queue.writeBuffer(this.viewUniform, 0, viewUniform(camera, at));
+    device.queue.writeBuffer(this.materialBuffer, 0, materialUniform(plain(material)));
+    reflected.map.write({
+      mapFromWorld,
+      lodBias: reflected.drawn ? 0 : lodBias,
+      roughness: reflected.roughness,
+    });
+    this.backdrop.write({ mapFromWorld, lodBias, roughness: undefined });
+    this.sum.add(camera, first, multi, reflected.drawn ? PAPER : NOTHING, (pass) => {
+      pass.setBindGroup(0, this.viewGroup);
+      programs.setMesh(pass, reflected.map, this.materialGroup, reflected.variant, multi);
+      for (const { vertices, triangles, count } of this.meshes) {
+        pass.setVertexBuffer(0, vertices);
+        pass.setIndexBuffer(triangles, "uint32");
+        pass.drawIndexed(count);
+      }
+      if (view.backdrop && !reflected.drawn) programs.drawBackdrop(pass, this.backdrop, multi);
+    });
+  }
+
+  /** What a material looks up; filtered now, where that has not been done. */
+  private reflected(material: Shown): Reflected {
+    if (material.kind === "map") {
+      const map = this.scene.maps.find(({ name }) => name === material.map);
+      if (map === undefined) throw new Error(`There is no map ${material.map}.`);
+      const variant = { diffuseMap: undefined, lookup: map.lookup };
+      return { map: this.drawnMap(map), variant, roughness: undefined, drawn: true };
+    }
+    const diffuseMap = diffuses(material) ? this.scene.diffuse.parameterization : undefined;
+    const of = (map: EnvMapGroup, roughness?: number): Reflected => ({
+      map,
+      variant: { diffuseMap, lookup: "reflection" },
+      roughness,
+      drawn: false,
+    });
+    switch (material.kind) {
+      case "phong":
+        return of(this.phongMap(material.exponent));
+      case "ggx":
+        return of(this.glossyMap(), material.roughness);
+      default:
+        return of(this.sharp);
+    }
+  }
+
+  private drawnMap(map: NamedMap): EnvMapGroup {
+    let group = this.drawnMaps.get(map.name);
+    if (group === undefined) {
+      group = this.groupOf(this.upload(map));
+      this.drawnMaps.set(map.name, group);
+    }
+    return group;
+  }
+
+  /** Filtered anew when the exponent changes. */
+  private phongMap(exponent: number): EnvMapGroup {
+    if (this.phong === undefined) {
+      const filter = new PhongParaboloidFilter(this.device, this.scene.phongSize);
+      this.phong = { filter, group: this.groupOf(filter.result), exponent: Number.NaN };
+    }
+    if (this.phong.exponent !== exponent) {
+      this.phong.exponent = exponent;
+      this.submit((encoder) => this.phong?.filter.refilter(encoder, this.environment, exponent));
+    }
+    return this.phong.group;
+  }
+
+  /** For every roughness; filtered once for this environment. */
+  private glossyMap(): EnvMapGroup {
+    if (this.glossy === undefined) {
+      const { size, lobes } = this.scene.ggx;
+      const filter = new ProbeFilter(this.device, size, lobes);
+      this.submit((encoder) => filter.refilter(encoder, this.environment.texture));
+      this.glossy = { group: this.groupOf(filter.result) };
+    }
+    return this.glossy.group;
+  }
+
+  private submit(record: (encoder: GPUCommandEncoder) => void): void {
+    const encoder = this.device.createCommandEncoder();
+    record(encoder);
+    this.device.queue.submit([encoder.finish()]);
+  }
+
+  private groupOf(map: EnvMapTexture): EnvMapGroup {
+    return new EnvMapGroup(this.device, this.programs.mapLayout, map);
+  }
+
+  private upload(map: LoadedMap): EnvMapTexture {
+    const { parameterization, size, levels } = map;
+    const out = createEnvMap(this.device, parameterization, size, levels.length, "rgba16float");
+    writeMap(this.device, out.texture, 0, map, levels);
+    return out;
+  }
+
+  private table({ rows, columns, values }: ShadedScene["dfg"]): GPUTexture {
+    const texels = new Float32Array(4 * rows * columns);
+    const channels = values.length / (rows * columns);
+    for (let k = 0; k < rows * columns; k++) texels.set(values.subarray(channels * k, channels * (k + 1)), 4 * k);
+    const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
+    const texture = this.device.createTexture({ size: [columns, rows], format: "rgba32float", usage });
+    this.device.queue.writeTexture({ texture }, texels, { bytesPerRow: 16 * columns }, [columns, rows]);
+    return texture;
+  }
+
+  private uniform(size: number): GPUBuffer {
+    return this.device.createBuffer({ size, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+  }
+
+  private buffer(data: Float32Array | Uint32Array, usage: GPUBufferUsageFlags): GPUBuffer {
+    const buffer = this.device.createBuffer({ size: data.byteLength, usage: usage | GPUBufferUsage.COPY_DST });
+    this.device.queue.writeBuffer(buffer, 0, data as Float32Array<ArrayBuffer>);
+    return buffer;
+  }
+}
+
+/** A map that is shown as it is counts as a white mirror's. */
+const plain = (material: Shown): Material => (material.kind === "map" ? WHITE_MIRROR : material);
+
+function packVertices({ positions, normals, uv }: Part): Float32Array {
+  const count = positions.length / 3;
+  const out = new Float32Array(VERTEX_FLOATS * count);
+  for (let k = 0; k < count; k++) {
+    out.set(positions.subarray(3 * k, 3 * k + 3), VERTEX_FLOATS * k);
+    out.set(normals.subarray(3 * k, 3 * k + 3), VERTEX_FLOATS * k + 3);
+    if (uv) out.set(uv.subarray(2 * k, 2 * k + 2), VERTEX_FLOATS * k + 6);
+  }
+  return out;
+}

@@ -1,0 +1,159 @@
+// The panel of a shaded mesh's controls: material, its own fields, light and tone.
+
+import { chooser, exposureSlider, Form, slider, words } from "./form";
+import { TONE_CURVES } from "./gpu/picture-sum";
+import { choiceOf, FIELDS, type Field, firstMaterials, index, KIND_NAMES } from "./material-fields";
+import type { ShadedScene, Shown } from "./shaded-scene";
+import type { ShadingSettings } from "./shading";
+import type { Vec3 } from "./vectors";
+
+const fieldMarkup = (field: Field, scene: ShadedScene): string => {
+  switch (field.type) {
+    case "colour":
+      return `<label class="row"><span>${field.label}</span><input name="${field.name}" type="color" /></label>`;
+    case "metal":
+      return chooser(
+        field.name,
+        field.label,
+        scene.metals.map(({ name }) => [name, name]),
+      );
+    case "slider":
+      return slider(field.name, field.label, field.least ?? 0, field.most ?? 1, field.step ?? 0.01);
+  }
+};
+
+const template = (scene: ShadedScene): string => `
+  ${chooser("kind", "Material", [
+    ...Object.entries(KIND_NAMES),
+    ...scene.maps.map(({ name }) => [`map:${name}`, words(name)] as const),
+  ])}
+  <div class="fields"></div>
+  <div data-turned>${slider("turn", "Light", -180, 180, 1)}</div>
+  <fieldset class="checks" data-lit><label><input type="checkbox" name="backdrop" /><span>backdrop</span></label></fieldset>
+  ${exposureSlider}
+  ${chooser(
+    "curve",
+    "Tone",
+    TONE_CURVES.map((curve) => [curve, curve]),
+    "data-lit",
+  )}
+  <button type="button" class="home">Return to the first view</button>`;
+
+export class MaterialPanel {
+  private readonly form: Form;
+  private readonly materials: Map<string, Shown>; // the last of each choice
+  private built = ""; // the choice whose fields are in the form
+
+  constructor(
+    private readonly scene: ShadedScene,
+    private readonly settings: ShadingSettings,
+    onChange: () => void,
+    onHome: () => void,
+  ) {
+    this.materials = firstMaterials(scene);
+    this.form = new Form("Material and light", template(scene), () => {
+      this.read();
+      this.show();
+      onChange();
+    });
+    this.show();
+    this.element.querySelector(".home")?.addEventListener("click", onHome);
+  }
+
+  get element(): HTMLElement {
+    return this.form.element;
+  }
+
+  set status(text: string) {
+    this.form.status = text;
+  }
+
+  /** Puts the settings into the form. */
+  show(): void {
+    const { form, settings, scene } = this;
+    const { material } = settings;
+    const choice = choiceOf(material);
+    this.materials.set(choice, material);
+    form.input("kind").value = choice;
+    const fields = FIELDS[material.kind];
+    if (this.built !== choice) {
+      const place = this.element.querySelector(".fields") as HTMLElement;
+      place.innerHTML = fields.map((field) => fieldMarkup(field, scene)).join("");
+      place.hidden = fields.length === 0;
+      this.built = choice;
+    }
+    for (const field of fields) this.showField(field, material);
+    for (const element of this.element.querySelectorAll<HTMLElement>("[data-lit]")) {
+      element.hidden = material.kind === "map";
+    }
+    const map = material.kind === "map" ? scene.maps.find(({ name }) => name === material.map) : undefined;
+    (this.element.querySelector("[data-turned]") as HTMLElement).hidden = map?.lookup.startsWith("view_") ?? false;
+    form.slider("turn", settings.turn, `${settings.turn.toFixed(0)}°`);
+    form.input("backdrop").checked = settings.backdrop;
+    form.input("curve").value = settings.curve;
+    form.showExposure(settings.exposure);
+  }
+
+  private showField({ name, type, scale, text }: Field, material: Shown): void {
+    const value = (material as unknown as Record<string, number | Vec3>)[name];
+    if (type === "slider") {
+      const number = value as number;
+      this.form.slider(name, scale ? scale.shown(number) : number, text ? text(number) : String(number));
+    } else if (type === "colour") {
+      this.form.input(name).value = hexFromLinear(value as Vec3);
+    } else if (material.kind === "conductor") {
+      const metal = this.scene.metals.find(({ n, k }) => String([n, k]) === String([material.n, material.k]));
+      this.form.input(name).value = metal?.name ?? "";
+    }
+  }
+
+  private read(): void {
+    const { form, settings } = this;
+    const choice = form.input("kind").value;
+    const before = this.materials.get(choice) as Shown;
+    settings.material = choice === this.built ? this.readFields(before) : before;
+    settings.turn = form.number("turn");
+    settings.backdrop = form.input("backdrop").checked;
+    settings.exposure = form.exposure;
+    settings.curve = form.input("curve").value as ShadingSettings["curve"];
+  }
+
+  /** The material with what its fields say. What a field would show as it is stays: a slider rounds. */
+  private readFields(material: Shown): Shown {
+    const changed: Record<string, unknown> = { ...material };
+    for (const { name, type, scale, text } of FIELDS[material.kind]) {
+      const before = changed[name];
+      if (type === "slider") {
+        const shown = this.form.number(name);
+        const value = scale ? scale.value(shown) : shown;
+        if (!text || text(value) !== text(before as number)) changed[name] = value;
+      } else if (type === "colour") {
+        const { value } = this.form.input(name);
+        if (value !== hexFromLinear(before as Vec3)) changed[name] = linearFromHex(value);
+      } else {
+        const metal = this.scene.metals.find((each) => each.name === this.form.input(name).value);
+        if (metal) Object.assign(changed, index(metal));
+      }
+    }
+    return changed as unknown as Shown;
+  }
+}
+
+/** "#rrggbb" in sRGB, as colour fields have it. */
+export function hexFromLinear(color: Vec3): string {
+  const encoded = color.map((linear) => {
+    const value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055;
+    return Math.round(255 * Math.min(Math.max(value, 0), 1))
+      .toString(16)
+      .padStart(2, "0");
+  });
+  return `#${encoded.join("")}`;
+}
+
+export function linearFromHex(hex: string): Vec3 {
+  const channel = (at: number) => {
+    const value = Number.parseInt(hex.slice(at, at + 2), 16) / 255;
+    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+  };
+  return [channel(1), channel(3), channel(5)];
+}

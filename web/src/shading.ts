@@ -1,0 +1,116 @@
+// Shows a mesh of any material in an environment that can be turned.
+
+import type { Camera } from "./camera";
+import type { Rotation } from "./gpu/env-map";
+import { MaterialRenderer, type MaterialView } from "./gpu/material-renderer";
+import { NORMAL_EXPOSURE, type PictureSum, type Tone, type ToneCurve } from "./gpu/picture-sum";
+import { MaterialPanel } from "./material-panel";
+import { canvasFor, type Listener, Player } from "./player";
+import type { ShadedScene, Shown } from "./shaded-scene";
+
+const SAMPLES_AT_REST = 16;
+
+export interface ShadingSettings {
+  material: Shown;
+  /** Degrees by which the environment is turned about the vertical, counter-clockwise seen from above. */
+  turn: number;
+  backdrop: boolean;
+  exposure: number;
+  curve: ToneCurve;
+}
+
+/** `map_from_world` of an environment turned about the vertical: twin of reflet.shade.turn_about_vertical. */
+export function turnAboutVertical(degrees: number): Rotation {
+  const [cosine, sine] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return [
+    [cosine, 0, -sine],
+    [0, 1, 0],
+    [sine, 0, cosine],
+  ];
+}
+
+export class Shading extends Player {
+  readonly panel: MaterialPanel;
+  readonly complete = true;
+  protected readonly sampleCount = SAMPLES_AT_REST;
+  readonly settings: ShadingSettings;
+  private renderer!: MaterialRenderer;
+
+  private constructor(
+    canvas: HTMLCanvasElement,
+    context: GPUCanvasContext,
+    device: GPUDevice,
+    private readonly scene: ShadedScene,
+    listener: Listener,
+  ) {
+    super(canvas, context, device, scene, listener);
+    this.settings = {
+      material: scene.material,
+      turn: 0,
+      backdrop: true,
+      exposure: NORMAL_EXPOSURE,
+      curve: "exponential",
+    };
+    this.panel = new MaterialPanel(
+      scene,
+      this.settings,
+      () => this.invalidate(),
+      () => this.home(),
+    );
+  }
+
+  /** Ready to draw; nothing is drawn before `invalidate`. */
+  static async create(
+    canvas: HTMLCanvasElement,
+    device: GPUDevice,
+    scene: ShadedScene,
+    listener: Listener,
+  ): Promise<Shading> {
+    const { context, format } = canvasFor(canvas, device);
+    const shading = new Shading(canvas, context, device, scene, listener);
+    shading.renderer = await MaterialRenderer.create(device, scene, format);
+    return shading;
+  }
+
+  configure(settings: Partial<ShadingSettings>): void {
+    Object.assign(this.settings, settings);
+    this.panel.show();
+    this.invalidate();
+  }
+
+  /** The light follows the pointer: what is in front of it goes to the right, what is behind to the left. */
+  override shiftDrag(degrees: number): boolean {
+    const turn = this.settings.turn + degrees;
+    this.configure({ turn: ((((turn + 180) % 360) + 360) % 360) - 180 });
+    return true;
+  }
+
+  /** Drawings are no light: they are shown as they are, unless the exposure is changed. */
+  protected get tone(): Tone {
+    const { material, exposure, curve } = this.settings;
+    return material.kind === "map" ? { exposure: exposure / NORMAL_EXPOSURE, curve: "linear" } : { exposure, curve };
+  }
+
+  protected get sum(): PictureSum {
+    return this.renderer.sum;
+  }
+
+  protected drawMultisampled(camera: Camera): boolean {
+    this.renderer.drawMultisampled(this.view(camera));
+    return true;
+  }
+
+  protected drawNextSample(camera: Camera, sampleCount: number, first: boolean): void {
+    this.renderer.drawNextSample(this.view(camera), sampleCount, first);
+  }
+
+  protected facts(): string[] {
+    const triangles = this.scene.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
+    return [`${triangles.toLocaleString("en")} triangles`];
+  }
+
+  private view(camera: Camera): MaterialView {
+    const { material, turn, backdrop } = this.settings;
+    return { camera, material, mapFromWorld: turnAboutVertical(turn), backdrop };
+  }
+}
