@@ -90,25 +90,25 @@ def prefilter(
             "--engine knows how its files are made; of the other options it takes --size and --from."
         )
     of_source = parameterization(source_is) if source_is else None
+    written: list[str] = []
     with progress_bar() as progress:
         if sh:
             from reflet.prefilter import harmonics
 
             harmonics(source, sh, source_is=of_source, progress=progress)
-            click.echo(f"{sh} is written.")
+            written.append(f"{sh} is written.")
         if engine and output:
             from reflet.engine_maps import engine_maps
 
-            for path in engine_maps(
-                source, output, engine, size=256 if size is None else size, source_is=of_source, progress=progress
-            ):
-                click.echo(f"{path} is written.")
+            rows = 256 if size is None else size
+            files = engine_maps(source, output, engine, size=rows, source_is=of_source, progress=progress)
+            written += [f"{path} is written." for path in files]
         elif brdf and brdf.startswith(TABLE) and output:
             from reflet.brdf_maps import brdf_maps
 
             if (levels, layout, mips) != (None, None, None):
                 raise click.UsageError("A table's maps have neither levels nor a layout; leave these options out.")
-            for path in brdf_maps(
+            files = brdf_maps(
                 source,
                 brdf.removeprefix(TABLE),
                 output,
@@ -118,8 +118,8 @@ def prefilter(
                 texel_format=texel_format,
                 zstd=zstd,
                 progress=progress,
-            ):
-                click.echo(f"{path} is written.")
+            )
+            written += [f"{path} is written." for path in files]
         elif brdf and output:
             from reflet.prefilter import prefilter as prefilter_file
 
@@ -138,4 +138,7 @@ def prefilter(
                 progress=progress,
             )
             of_levels = f", {len(made)} levels by roughness" if len(made) > 1 else ""
-            click.echo(f"{output} is written: {made[0].parameterization}, {made[0].size} rows a face{of_levels}.")
+            kind, rows = made[0].parameterization, made[0].size
+            written.append(f"{output} is written: {kind}, {rows} rows a face{of_levels}.")
+    for line in written:  # beneath the bars
+        click.echo(line)
