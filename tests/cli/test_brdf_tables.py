@@ -42,7 +42,9 @@ def test_a_sphere_of_a_table_in_a_white_room_shows_its_albedo(tmp_path: Path) ->
 def test_tables_that_are_none_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], material: str, words: str
 ) -> None:
-    assert reflet("shade", "sphere", tmp_path / "none.hdr", "--material", material, "-o", tmp_path / "out.png") == 2
+    room = tmp_path / "white.exr"
+    write_env_image(room, [EnvImage(PARAMETERIZATIONS["latlong"], np.ones((1, 2, 4, 3), np.float32))])
+    assert reflet("shade", "sphere", room, "--material", material, "-o", tmp_path / "out.png") == 2
     assert words in capsys.readouterr().err
 
 

@@ -11,7 +11,8 @@ from reflet.reflectance.brdf import Brdf, FunctionBrdf, directional_albedo
 from reflet.reflectance.charlie import Charlie
 from reflet.reflectance.ggx import Ggx
 from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobes import THETA, cosine_weighted, fit_lobes, view_cosines
+from reflet.reflectance.lobe_frame import cosine_weighted
+from reflet.reflectance.lobes import THETA, fit_lobes, view_cosines
 from reflet.reflectance.phong import Phong, PhongKernel
 
 
@@ -70,17 +71,36 @@ def test_albedo_is_kept(brdf: Brdf, kinds: tuple[str, ...]) -> None:
     np.testing.assert_allclose(reflected, directional_albedo(brdf, fit.cos_theta_o), rtol=0.03)
 
 
-def test_more_lobes_fit_better() -> None:
-    """A mixture with a retroreflective lobe: each kind of lobe that it has takes its part of the error."""
+def mixture() -> FunctionBrdf:
+    """Diffuse, glossy and retroreflecting at once."""
     glossy, retro = lobe_about(1.0, 40.0), lobe_about(-1.0, 30.0)
-    brdf = FunctionBrdf(lambda i, o, p: 0.5 / np.pi + 0.3 * glossy.function(i, o, p) + 0.2 * retro.function(i, o, p))
-    one, two, three = (fit_lobes(brdf, kinds, 4) for kinds in (("glossy",), ("diffuse", "glossy"),
-                                                               ("diffuse", "glossy", "retro")))  # fmt: skip
+    return FunctionBrdf(lambda i, o, p: 0.5 / np.pi + 0.3 * glossy.function(i, o, p) + 0.2 * retro.function(i, o, p))
+
+
+def test_more_lobes_fit_better() -> None:
+    """Each kind of lobe that a BRDF has takes its part of the error."""
+    one, two, three = (fit_lobes(mixture(), kinds, 4) for kinds in (("glossy",), ("diffuse", "glossy"),
+                                                                    ("diffuse", "glossy", "retro")))  # fmt: skip
     tilted = slice(1, 3)  # at normal incidence glossy and retro are one; the most grazing lobes are cut by the horizon
     assert (two.error < one.error)[tilted].all()
     assert (three.error < 0.3 * two.error)[tilted].all()
     # What is left: the search of the glossy axis among the other lobes' light, some hundredths of the lobe's width.
     assert three.error[tilted].max() < 0.05
+    for lobe in three.lobes:
+        tilted_densities = lobe.densities[:-1]
+        assert (np.diff(tilted_densities, axis=1) <= 0.0).all(), "a lobe falls off: none draws another as a ring"
+
+
+def test_axes_do_not_jump_between_peaks() -> None:
+    """A single lobe has to choose; its axis then turns hardly more than twice as much as the viewer does."""
+    glossy, retro = lobe_about(1.0, 40.0), lobe_about(-1.0, 30.0)
+    brdf = FunctionBrdf(
+        lambda i, o, p: (1.0 - o)[..., None] * glossy.function(i, o, p) + o[..., None] * retro.function(i, o, p)
+    )
+    fit = fit_lobes(brdf, ("glossy",), 12)
+    view, axis = np.arccos(fit.cos_theta_o[:-1]), fit.lobes[0].axis_angle[:-1]
+    # 0.16 rad more, measured, for what the search nearby adds; best axes by themselves would jump by 0.6 more.
+    assert (np.abs(np.diff(axis)) - 2.0 * np.abs(np.diff(view))).max() < 0.25
 
 
 @pytest.mark.parametrize("axis_of_view", [0.8, 1.15])
@@ -109,9 +129,7 @@ def test_reported_error_is_that_of_the_hemisphere() -> None:
     direction = np.stack([radius * np.cos(phi), z, radius * np.sin(phi)], -1).reshape(-1, 3)
     for k, cosine in enumerate(fit.cos_theta_o):
         q = cosine_weighted(brdf, float(cosine), direction)[:, 0]
-        axis = fit.lobes[0].axis_angle[k]
-        angle = np.arccos(np.clip(direction @ [np.sin(axis), np.cos(axis), 0.0], -1.0, 1.0))
-        lobe = np.interp(angle, THETA, fit.lobes[0].densities[k, :, 0])
+        lobe = fit.cosine_weighted(k, direction)[:, 0]
         # Two grids of some 50 points across the lobe; where both are nearly right, absolute.
         assert fit.error[k] == pytest.approx(np.sqrt(((q - lobe) ** 2).sum() / (q**2).sum()), abs=0.01)
 

@@ -10,34 +10,32 @@ so we fit it to the *product* f·(n·l), and not p to f: the assumption n·l ≈
 
 **The fit.** For one view angle let q(l) = f·max(n·l, 0) on the whole sphere, 0 beneath the surface. Among kernels
 k(angle to axis) the one of least ∫ (q - k)² dω is the mean of q over each circle about the axis: the averaging of
-Kautz and McCool. It keeps the albedo, ∫ k dω = ∫ q dω. For several lobes, each k a piecewise linear function
-Σ_j x_j·hat_j(θ), the least ∫ (q - Σ k)² dω over all x_j ≥ 0 together is a non-negative least-squares problem. Its
-solution is scaled to the albedo of q: in a constant environment the lobes reflect what the BRDF reflects.
+Kautz and McCool. It keeps the albedo, ∫ k dω = ∫ q dω. For several lobes we look for all kernels of least
+∫ (q - Σ k)² dω together, each piecewise linear, Σ_j x_j·hat_j(θ) with x_j ≥ 0, and scale them to the albedo of q: in
+a constant environment the lobes reflect what the BRDF reflects. Where lobes have two axes, each must fall off from its
+own: else one would draw a part of the other as a ring about itself, at little gain (a hundredth of the error).
 
-**Axes.** The retro lobe's is the view direction. The glossy lobe's lies in the plane of incidence at the angle that
-makes the error of circle means least, which is not the mirrored direction where a BRDF has an off-specular peak, or
-where the horizon cuts a lobe: a table over the view angle. The diffuse lobe is the cosine about the normal, times an
-albedo.
-
-**Integrals.** Polar grids around every lobe's axis at angles θ = π·u², dense in the middle, over half the sphere (the
-plane of incidence is a mirror for isotropic BRDFs); a point that lies in several grids counts 1/Σ of their densities.
+**Axes.** The retro lobe's is the view direction; the glossy lobe's lies in the plane of incidence (`lobe_axes`), a
+table over the view angle. The diffuse lobe is the cosine about the normal, times an albedo.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize_scalar
+from scipy.optimize import isotonic_regression
+from scipy.sparse import csr_array, dia_array, hstack
 
 from reflet.errors import RefletError
 from reflet.reflectance.brdf import Brdf
+from reflet.reflectance.lobe_axes import glossy_axes
+from reflet.reflectance.lobe_frame import angle_to, cosine_weighted, polar_points
 
 KINDS = ("diffuse", "glossy", "retro")
 THETA = np.pi * np.linspace(0.0, 1.0, 97) ** 2
 """Angles to the axis, in radians, at which kernels are tabulated."""
 
-_RINGS, _SPOKES = 144, 24  # of a polar grid
-_SWEEPS = 400  # at most
+_SWEEPS = 1000  # at most
 
 
 @dataclass(frozen=True)
@@ -99,6 +97,14 @@ class Lobes:
         view = np.arccos(np.clip(n_dot_v, -1.0, 1.0))
         return np.asarray(lobe.side * view + np.interp(n_dot_v, self.cos_theta_o, apart))
 
+    def cosine_weighted(self, k: int, direction: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n channels"]:
+        """What stands for f·max(n·l, 0) at view angle number ``k``, as the function `cosine_weighted` gives it."""
+        total = np.maximum(direction[:, 1:2], 0.0) / np.pi * self.diffuse[k]
+        for lobe in self.lobes:
+            hats = _hats(angle_to(direction, float(lobe.axis_angle[k])))
+            total = total + hats @ lobe.densities[k]
+        return total
+
 
 def view_cosines(count: int) -> Float[np.ndarray, "count"]:
     """The view angles of a map's slices: cosines evenly spaced from 1/count to 1; grazing ones are the first's."""
@@ -116,7 +122,8 @@ def fit_lobes(brdf: Brdf, kinds: tuple[str, ...] = KINDS, angles: int = 16) -> L
     if angles < 2:
         raise RefletError(f"A BRDF's lobes need at least 2 view angles, not {angles}; 16 are usual.")
     cosines = view_cosines(angles)
-    fits = [_fit(brdf, kinds, float(cosine)) for cosine in cosines]
+    glossy = glossy_axes(brdf, kinds, cosines) if "glossy" in kinds else np.zeros(angles)
+    fits = [_fit(brdf, kinds, float(cosine), float(axis)) for cosine, axis in zip(cosines, glossy, strict=True)]
     named = [kind for kind in kinds if kind != "diffuse"]
     return Lobes(
         cosines,
@@ -137,18 +144,18 @@ class _Fit:
     error: float
 
 
-def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float) -> _Fit:
+def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float, glossy: float) -> _Fit:
     theta_o = float(np.arccos(cos_theta_o))
-    glossy = _best_axis(brdf, kinds, cos_theta_o) if "glossy" in kinds else 0.0
     axes = tuple(glossy if kind == "glossy" else -theta_o for kind in kinds if kind != "diffuse")
-    direction, solid_angle = _points(axes or (0.0,))
+    direction, solid_angle = polar_points(axes or (0.0,))
     q = cosine_weighted(brdf, cos_theta_o, direction)
     n_dot_l = np.maximum(direction[:, 1], 0.0)
-    hats = [_hats(_angle_to(direction, axis)) for axis in axes]
-    columns = [n_dot_l[:, None] / np.pi] if "diffuse" in kinds else []
-    matrix = np.concatenate(columns + hats, -1)
-    x = _non_negative_least_squares(matrix, q, solid_angle)
-    reflected = solid_angle @ matrix @ x
+    hats = [_hats(angle_to(direction, axis)) for axis in axes]
+    columns = [csr_array(n_dot_l[:, None] / np.pi)] if "diffuse" in kinds else []
+    matrix = csr_array(hstack([*columns, *hats]))
+    blocks = [block.shape[1] for block in (*columns, *hats)]
+    x = _least_squares(matrix, q, solid_angle, blocks, falls=float(np.ptp(axes or (0.0,))) > 1e-6)
+    reflected = solid_angle @ (matrix @ x)
     x = x * np.divide(solid_angle @ q, reflected, out=np.ones_like(reflected), where=reflected > 0.0)
     rest = q - matrix @ x
     error = np.sqrt((solid_angle @ rest**2).sum() / max(float((solid_angle @ q**2).sum()), 1e-300))
@@ -157,121 +164,43 @@ def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float) -> _Fit:
     return _Fit(albedo, axes, densities, float(error))
 
 
-def _non_negative_least_squares(
-    matrix: Float[np.ndarray, "points unknowns"],
+def _least_squares(
+    matrix: csr_array,
     target: Float[np.ndarray, "points channels"],
     weight: Float[np.ndarray, "points"],
+    blocks: list[int],
+    falls: bool,
 ) -> Float[np.ndarray, "unknowns channels"]:
-    """The x ≥ 0 of least Σ weight·(A·x - target)², by coordinate descent on the normal equations.
+    """The x ≥ 0 of least Σ weight·(A·x - target)², where it ``falls`` not ascending within any block of unknowns.
 
-    It starts at 0, so that of unknowns which do the same (all lobes' at normal incidence) the first take all.
+    Block by block: hats overlap with their neighbours alone, and add up to 1, so that within a block AᵀWA is at most
+    the diagonal matrix D of its row sums. Hence (y - z)ᵀD(y - z) with y = x + D⁻¹·gradient bounds what is to be made
+    small from above and touches it at z = x: its least value under the conditions, an isotonic regression, is a step
+    down. It starts at 0, so that of blocks which do the same (all lobes at normal incidence) the first takes all.
     """
-    square = matrix.T @ (matrix * weight[:, None])
+    square = (matrix.T @ (dia_array((weight[None], 0), shape=(len(weight), len(weight))) @ matrix)).toarray()
     right = matrix.T @ (target * weight[:, None])
     x = np.zeros(right.shape)
-    seen = np.flatnonzero(np.diag(square) > 1e-12 * square.diagonal().max())
+    ends = np.cumsum(blocks)
+    spans = [slice(end - count, end) for end, count in zip(ends, blocks, strict=True)]
+    bounds = [np.maximum(square[span, span].sum(1), 1e-300) for span in spans]
     for _ in range(_SWEEPS):
         before = x.copy()
-        for j in seen:
-            x[j] = np.maximum(x[j] + (right[j] - square[j] @ x) / square[j, j], 0.0)
+        for span, bound in zip(spans, bounds, strict=True):
+            aim = x[span] + (right[span] - square[span] @ x) / bound[:, None]
+            if falls:
+                each = [isotonic_regression(aim[:, c], weights=bound, increasing=False).x for c in range(aim.shape[1])]
+                aim = np.stack(each, -1)
+            x[span] = np.maximum(aim, 0.0)
         if np.abs(x - before).max() <= 1e-5 * np.abs(x).max():
             break
     return x
 
 
-def cosine_weighted(
-    brdf: Brdf, cos_theta_o: float, direction: Float[np.ndarray, "n 3"]
-) -> Float[np.ndarray, "n channels"]:
-    """f·max(n·l, 0) in directions of the frame in which n = +y and the mirrored side is +x.
-
-    Raises RefletError for BRDFs that are negative or not finite.
-    """
-    above = direction[:, 1] > 1e-4
-    x, y, z = direction[above].T
-    across = np.maximum(np.hypot(x, z), 1e-12)
-    values = brdf.evaluate(y, np.array([max(cos_theta_o, 1e-4)]), np.clip(-x / across, -1.0, 1.0))
-    if not np.isfinite(values).all() or values.min(initial=0.0) < 0.0:
-        raise RefletError("A BRDF must be finite and not negative for all directions above the surface; repair it.")
-    q = np.zeros((len(direction), values.shape[-1]))
-    q[above] = values * y[:, None]
-    return q
-
-
-def _points(axes: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Directions over the half sphere z > 0, each standing for a solid angle (doubled for the other half)."""
-    u = (np.arange(_RINGS) + 0.5) / _RINGS
-    spoke = (np.arange(_SPOKES) + 0.5) / _SPOKES * np.pi
-    theta = np.pi * u[:, None] ** 2
-    along, side, up = np.sin(theta) * np.cos(spoke), np.sin(theta) * np.sin(spoke), np.cos(theta) + 0.0 * spoke
-    grids = [
-        np.stack([np.sin(a) * up + np.cos(a) * along, np.cos(a) * up - np.sin(a) * along, side], -1).reshape(-1, 3)
-        for a in axes
-    ]
-    direction = np.concatenate(grids)
-    density = sum(_points_per_steradian(_angle_to(direction, a)) for a in axes)
-    return direction, 2.0 / np.asarray(density)
-
-
-def _points_per_steradian(theta: np.ndarray) -> np.ndarray:
-    """dω = sin θ dθ dφ, dθ = 2π·u du, over φ in [0, π]."""
-    theta = np.clip(theta, 1e-9, np.pi - 1e-6)
-    return _RINGS * _SPOKES / (np.pi * 2.0 * np.sqrt(np.pi * theta) * np.sin(theta))
-
-
-def _angle_to(direction: Float[np.ndarray, "n 3"], axis_angle: float) -> Float[np.ndarray, "n"]:
-    apart = direction - np.array([np.sin(axis_angle), np.cos(axis_angle), 0.0])
-    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(apart, axis=-1), 1.0)))
-
-
-def _hats(theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n thetas"]:
-    """Weights of the entries of `THETA` in linear interpolation."""
+def _hats(theta: Float[np.ndarray, "n"]) -> csr_array:
+    """Weights (n, thetas) of the entries of `THETA` in linear interpolation."""
     at = np.clip(np.searchsorted(THETA, theta, side="right") - 1, 0, len(THETA) - 2)
     share = (theta - THETA[at]) / (THETA[at + 1] - THETA[at])
-    weights = np.zeros((len(theta), len(THETA)))
-    rows = np.arange(len(theta))
-    weights[rows, at], weights[rows, at + 1] = 1.0 - share, share
-    return weights
-
-
-def _best_axis(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float) -> float:
-    """The glossy lobe's: the angle about which circle means of q, less what other lobes take, err least.
-
-    It is searched about the mean direction weighted by q², as far as q² spreads.
-    """
-    theta_o = float(np.arccos(cos_theta_o))
-    if theta_o < 1e-6:
-        return 0.0  # all directions are alike
-    floor = _floor(brdf, cos_theta_o) if "diffuse" in kinds else 0.0
-    reach = max(theta_o, 0.2) if "retro" in kinds else np.pi  # circles beyond it would meet the retro lobe
-
-    def glossy_share(axis: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        direction, solid_angle = _points((axis,))
-        q = cosine_weighted(brdf, cos_theta_o, direction).mean(-1)
-        q = np.maximum(q - floor * np.maximum(direction[:, 1], 0.0), 0.0)
-        return direction, q, solid_angle
-
-    direction, q, solid_angle = glossy_share(theta_o)
-    weight = q**2 * solid_angle * (_angle_to(direction, theta_o) <= reach)
-    x, y = weight @ direction[:, 0], weight @ direction[:, 1]
-    if weight.sum() <= 1e-9:
-        return theta_o
-    middle = float(np.arctan2(x, y))
-    spread = max(float(np.sqrt(weight @ _angle_to(direction, middle) ** 2 / weight.sum())), 1e-3)
-
-    def error(axis: float) -> float:
-        direction, q, solid_angle = glossy_share(axis)
-        near = _angle_to(direction, axis) <= reach
-        rings = q.reshape(_RINGS, _SPOKES)
-        rest = (rings - rings.mean(-1, keepdims=True)).ravel()
-        return float(solid_angle @ (rest**2 * near) / max(float(solid_angle @ (q**2 * near)), 1e-300))
-
-    bounds = (max(middle - spread, 0.0), min(middle + spread, 0.5 * np.pi))
-    best = minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": 0.01 * spread, "maxiter": 24})
-    return float(best.x)
-
-
-def _floor(brdf: Brdf, cos_theta_o: float) -> float:
-    """The least value of f within 60° of the normal, where both diffuse and glossy reflection are met."""
-    direction, _ = _points((0.0,))
-    direction = direction[direction[:, 1] > 0.5]
-    return float((cosine_weighted(brdf, cos_theta_o, direction).mean(-1) / direction[:, 1]).min())
+    weights = np.stack([1.0 - share, share], -1).ravel()
+    columns = np.stack([at, at + 1], -1).ravel()
+    return csr_array((weights, columns, 2 * np.arange(len(theta) + 1)), shape=(len(theta), len(THETA)))
