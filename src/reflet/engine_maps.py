@@ -44,8 +44,8 @@ def engine_maps(
     folder = Path(folder)
     if engine not in ENGINES:
         raise RefletError(f"An engine is one of {', '.join(ENGINES)}; {engine} is none.")
-    if not 8 <= size <= 4096 or size & (size - 1):
-        raise RefletError(f"The cubes of engines have a power of two from 8 to 4096 rows, not {size}.")
+    if not 8 <= size <= 2048 or size & (size - 1):
+        raise RefletError(f"The cubes of engines have a power of two from 8 to 2048 rows, not {size}.")
     make = _gltf if engine == "gltf" else _filament
     with ExitStack() as all_or_none:
         return make(source, folder, size, source_is, progress, all_or_none)

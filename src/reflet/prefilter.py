@@ -38,6 +38,7 @@ LEVEL = "{level}"
 """Stands for the number of the level in the names of files that hold one each."""
 
 _CUBE_ROWS = {"diffuse": 64, "phong": 128, "ggx": 256, "sheen": 64}  # by default, in cubes
+_MOST_TEXELS = 1 << 23  # of what is filtered, at some 200 bytes each: a cube of 1024 rows, a lat-long map of 2048
 _ROUGH = {"ggx": ggx_levels, "sheen": sheen_levels}
 _KNOWN = "diffuse, phong:50, ggx, ggx:0.5, sheen, sheen:0.5 or table:FILE"
 
@@ -98,7 +99,8 @@ def prefilter(
     lobe. ``ggx`` and ``sheen`` alone make ``level_count`` mip levels by roughness (`ggx_levels`), which textures hold;
     pictures take one file each, named by ``{level}`` in ``out``. All other maps are one level; ``mips`` adds its mip
     levels, by default in textures. ``source_is``, ``layout``, ``texel_format`` and ``zstd`` are those of `convert`.
-    Raises RefletError for what cannot be read, filtered (radiance that is negative or not finite), or written.
+    Raises RefletError for what cannot be read, filtered (radiance that is negative or not finite, more than 8 million
+    texels), or written.
     """
     chosen, out = lobe(brdf), Path(out)
     suffix = out.suffix.lower()
@@ -112,6 +114,13 @@ def prefilter(
         to = CUBE if suffix in WITH_MIP_LEVELS else LatLong()
     if size is None:
         size = equal_sampling_size(to, valid_texels(CUBE) * _CUBE_ROWS[chosen.name] ** 2, power_of_two=True)
+
+    filtered = int(np.prod(to.shape(size if chosen.kernel is not None else max(size // 2, 1))))
+    if filtered > _MOST_TEXELS:
+        raise RefletError(
+            f"A {to} map of {size} rows has more texels than a lobe can fill with detail ({filtered >> 20} of at most "
+            f"{_MOST_TEXELS >> 20} million); choose fewer rows."
+        )
 
     def heard(done: int, total: int) -> None:
         progress("filter", done, total)

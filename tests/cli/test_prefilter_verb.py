@@ -254,6 +254,7 @@ def test_what_files_cannot_hold(studio: Path, tmp_path: Path, capsys: pytest.Cap
         capsys, studio, "--brdf", "ggx", "--size", "8", "--levels", "9", "-o", tmp_path / "a.dds"
     )
     assert "rows" in refused(capsys, studio, "--brdf", "ggx", "--size", "0", "-o", tmp_path / "a.dds")
+    assert "fewer rows" in refused(capsys, studio, "--brdf", "diffuse", "--size", "1500", "-o", tmp_path / "a.dds")
     assert "power of two" in refused(capsys, studio, "--engine", "gltf", "--size", "100", "-o", tmp_path / "a")
     assert "what to make" in refused(capsys, studio)
     assert "-o NAME" in refused(capsys, studio, "--brdf", "ggx")
@@ -274,7 +275,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(studio: Path, tmp_path: Path) -> Non
     out = tmp_path / "out"
     command = [
         sys.executable, "-c", "from reflet.cli.main import main; main()",
-        "prefilter", studio, "--engine", "gltf", "--size", "4096", "-o", out,
+        "prefilter", studio, "--engine", "gltf", "--size", "2048", "-o", out,
     ]  # fmt: skip
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not [path for path in out.rglob("*") if path.is_file()]:
