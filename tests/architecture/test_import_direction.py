@@ -35,6 +35,7 @@ PIPELINES = [
     "shade",
     "sketch",
     "verify",
+    "view_materials",
     "paper",
 ]
 OPEN_TO_ALL = {"errors", "progress"}

@@ -74,7 +74,7 @@ def folder(tmp_path_factory):
         "gooch+silhouette": NamedMap(drawn_levels(drawing("gooch+silhouette"), DualParaboloid(), 64)),
     }
     orbit = Orbit((0.0, 0.0, 0.0), -60.0, 30.0, 3.5)
-    write_shaded_scene(folder, torus_mesh(around=72, sides=36), environment(), orbit, Coated(1.5), maps=maps)
+    write_shaded_scene(folder, torus_mesh(around=72, sides=36), environment(), orbit, [Coated(1.5)], maps=maps)
     return folder
 
 
@@ -184,6 +184,6 @@ def test_a_shaded_scene_is_exported_as_a_whole_page(folder, tmp_path):
 
 def test_what_the_viewer_cannot_show_is_one_sentence(tmp_path):
     with pytest.raises(RefletError, match="cannot show a MapMaterial"):
-        write_shaded_scene(tmp_path, torus_mesh(), None, Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 3.0), MapMaterial())
+        write_shaded_scene(tmp_path, torus_mesh(), None, Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 3.0), [MapMaterial()])
     assert not (tmp_path / "scene.gltf").exists()
     assert material_to_json(Mirror()) == {"kind": "mirror", "reflectance": [1.0, 1.0, 1.0]}

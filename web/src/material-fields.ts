@@ -68,7 +68,7 @@ const WHITE: Vec3 = [1, 1, 1];
 const RED: Vec3 = [0.5, 0.02, 0.02];
 
 /** A material of each kind to begin with, by what the chooser calls it: "map:" and the name for maps. */
-export function firstMaterials({ metals, maps, material }: ShadedScene): Map<string, Shown> {
+export function firstMaterials({ metals, maps, materials: chosen }: ShadedScene): Map<string, Shown> {
   const materials: Shown[] = [
     { kind: "mirror", reflectance: WHITE },
     { kind: "dielectric", index: 1.5 },
@@ -78,7 +78,7 @@ export function firstMaterials({ metals, maps, material }: ShadedScene): Map<str
     { kind: "phong", exponent: 50, specular: [0.5, 0.5, 0.5], diffuse: [0.25, 0.01, 0.01] },
     { kind: "ggx", baseColor: WHITE, metallic: 1, roughness: 0.3 },
     ...maps.map(({ name }) => ({ kind: "map" as const, map: name })),
-    material,
+    ...[...chosen].reverse(),
   ];
   return new Map(materials.map((each) => [choiceOf(each), each]));
 }

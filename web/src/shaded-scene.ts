@@ -40,12 +40,13 @@ export interface ShadedScene {
   readonly diffuse: LoadedMap;
   /** What GGX's weights and lobe follow from (material.wgsl): rows by perceptual_roughness, columns by n·v. */
   readonly dfg: { readonly rows: number; readonly columns: number; readonly values: Float32Array };
-  /** Lobes that levels 1 and coarser of the GGX cube are filtered with, and the rows of its level 0. */
+  /** Lobes that levels 1 to the last but one of the GGX cube are filtered with, and the rows of its level 0. */
   readonly ggx: { readonly lobes: readonly LobeTaps[]; readonly size: number };
   readonly phongSize: number;
   readonly metals: readonly Metal[];
   readonly maps: readonly NamedMap[];
-  readonly material: Shown;
+  /** The first of their kinds; the viewer opens with the first of all. */
+  readonly materials: readonly [Shown, ...Shown[]];
 }
 
 interface MapDescription {
@@ -64,7 +65,7 @@ interface Extension {
   phongSize: number;
   metals: Metal[];
   maps: (MapDescription & { name: string; lookup: string })[];
-  material: Shown;
+  materials: [Shown, ...Shown[]];
 }
 
 /** The mesh and environment in a scene.gltf; undefined where it holds none. Rejects with one sentence. */
@@ -93,7 +94,7 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
       }),
     ),
   ]);
-  const { orbit, ggx, phongSize, metals, material } = extension;
+  const { orbit, ggx, phongSize, metals, materials } = extension;
   const [rows, columns] = extension.dfg.shape as [number, number];
   return {
     parts,
@@ -105,6 +106,6 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
     phongSize,
     metals,
     maps,
-    material,
+    materials,
   };
 }

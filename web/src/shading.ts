@@ -45,7 +45,7 @@ export class Shading extends Player {
   ) {
     super(canvas, context, device, scene, listener);
     this.settings = {
-      material: scene.material,
+      material: scene.materials[0],
       turn: 0,
       backdrop: true,
       exposure: NORMAL_EXPOSURE,

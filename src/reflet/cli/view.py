@@ -1,24 +1,90 @@
 """``reflet view``."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import click
 
-from reflet.cli.options import pem_argument
+from reflet.cli.options import from_option
+from reflet.cli.shade import RGB
 
 
-@click.command(short_help="Look at a PEM in the browser.")
-@pem_argument
+@click.command(short_help="Look at a PEM, or at a mesh in an environment, in the browser.")
+@click.argument("scene", metavar="PEM|MESH")
+@click.argument("environment", metavar="[ENV]", type=click.Path(path_type=Path), required=False)
+@click.option("--material", "materials", multiple=True, metavar="NAME[:VALUE]", help="To open with; may be repeated.")
+@click.option("--albedo", type=RGB, help="Diffuse colour, base colour, or a mirror's reflectance; linear, 0 to 1.")
+@click.option("--specular", type=RGB, help="Phong's specular share; by default what --albedo leaves.")
+@click.option("--metallic", type=click.FloatRange(0, 1), default=0.0, show_default=True, help="For ggx.")
+@click.option("--azimuth", type=float, help="Of the first view of a mesh, in degrees.")
+@click.option("--elevation", type=click.FloatRange(-90, 90), help="Likewise.")
+@click.option("--distance", type=float, help="Metres from the mesh's middle; by default such that all of it shows.")
+@from_option
+@click.option(
+    "--export", "out", type=click.Path(path_type=Path), help="Write a page for any web host into this folder."
+)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on this machine; 0 takes a free one.")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
-def view(pem: Path, port: int, no_browser: bool) -> None:
-    """Serves PEM and the viewer to this machine alone, and opens the browser. Ctrl-C ends it.
+def view(
+    scene: str,
+    environment: Path | None,
+    materials: tuple[str, ...],
+    albedo: tuple[float, float, float] | None,
+    specular: tuple[float, float, float] | None,
+    metallic: float,
+    azimuth: float | None,
+    elevation: float | None,
+    distance: float | None,
+    source_is: str | None,
+    out: Path | None,
+    port: int,
+    no_browser: bool,
+) -> None:
+    """Serves a PEM, or a MESH (a .glb, .gltf or .obj file, or sphere, torus, teapot) lit by ENV, and the viewer to this
+    machine alone, and opens the browser. Ctrl-C ends it.
+
+    In the viewer material, colours, gloss, light and camera change at once: maps are filtered on the graphics device.
+    Materials are those of reflet shade, but for tables; without ENV, its drawings.
 
     \b
     Examples:
-      reflet view teapot
-      reflet view teapot --port 8000 --no-browser
+      reflet view teapot                                       a PEM's folder
+      reflet view teapot studio.hdr --material ggx:0.3 --metallic 1
+      reflet view chair.glb studio.hdr --export site           a page to upload
+      reflet view teapot --material gooch+silhouette --material hatching
     """
+    from reflet.envmap.parameterizations import parameterization
+    from reflet.errors import RefletError
+    from reflet.shade import BUILT_IN
+    from reflet.view.export import export_viewer
     from reflet.view.server import serve
+    from reflet.view_materials import write_materials_view
 
-    serve(pem, port=port, open_browser=not no_browser)
+    def show(folder: str | Path) -> None:
+        if out is None:
+            serve(folder, port=port, open_browser=not no_browser, name=scene)
+        else:
+            click.echo(f"{export_viewer(folder, out)} is written.")
+
+    if environment is None and not materials:
+        if (scene in BUILT_IN and not Path(scene).exists()) or Path(scene).suffix.lower() in (".glb", ".obj"):
+            raise RefletError(
+                f"The mesh {scene} needs an environment map after it, or a drawing, such as --material gooch."
+            )
+        show(scene)
+        return
+    with TemporaryDirectory(prefix="reflet-view-") as folder:
+        write_materials_view(
+            folder,
+            scene,
+            environment,
+            materials,
+            source_is=parameterization(source_is) if source_is else None,
+            albedo=albedo,
+            specular=specular,
+            metallic=metallic,
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            distance=distance,
+        )
+        show(folder)

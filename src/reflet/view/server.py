@@ -15,13 +15,14 @@ from reflet.errors import RefletError
 from reflet.view.static_files import SCENE_FOLDER, scene_folder, viewer_folder
 
 
-def serve(folder: str | Path, port: int = 0, open_browser: bool = True) -> None:
+def serve(folder: str | Path, port: int = 0, open_browser: bool = True, name: str | None = None) -> None:
     """Serve the viewer with the PEM or shaded scene in ``folder`` on loopback until Ctrl-C; port 0 takes a free one.
 
-    Prints the address. Raises RefletError where ``folder`` is neither, the viewer is not built or the port is taken.
+    Prints the address, and what is there: ``name``, by default the folder. Raises RefletError where ``folder`` is
+    neither, the viewer is not built or the port is taken.
     """
     with viewer_server(folder, port) as address:
-        print(f"{address} shows {folder}; Ctrl-C ends it.", flush=True)
+        print(f"{address} shows {name or folder}; Ctrl-C ends it.", flush=True)
         if open_browser:
             webbrowser.open(address)
         try:

@@ -68,14 +68,15 @@ def write_shaded_scene(
     mesh: Mesh,
     environment: EnvImage | None,
     orbit: Orbit,
-    material: SurfaceMaterial | str,
+    materials: Sequence[SurfaceMaterial | str],
     *,
     maps: Mapping[str, NamedMap] | None = None,
     largest: int = _LARGEST,
 ) -> None:
     """Write what the viewer shows into ``folder``; ``scene.gltf`` comes last.
 
-    ``material`` is what the viewer opens with: a material, or the name of one of ``maps``. The environment, by default
+    ``materials`` are what the viewer offers first of their kind, each a material or the name of one of ``maps``; it
+    opens with the first. The environment, by default
     a plain white one, becomes a cube of about its own texels, of at most ``largest`` rows. Raises RefletError for
     radiance that is negative or not finite, and for materials given by BRDF tables.
     """
@@ -85,7 +86,7 @@ def write_shaded_scene(
     cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
     buffer = BufferWriter(_BUFFER)
     size = max(min(cube.size, _LARGEST_GGX), 32)
-    lobes = [buffer.add(_taps(kernel)) for kernel in ggx_kernels(size)]
+    lobes = [buffer.add(_taps(kernel)) for kernel in ggx_kernels(size)[:-1]]  # the last is diffuse
     extension: dict[str, Any] = {
         "version": VERSION,
         "orbit": {
@@ -100,7 +101,7 @@ def write_shaded_scene(
         "dfg": buffer.add(dfg_table()),
         "ggx": {"size": size, "lobes": lobes},
         "phongSize": _PHONG_SIZE,
-        "metals": _metals(material),
+        "metals": _metals(materials),
         "maps": [
             {
                 "name": name,
@@ -109,7 +110,7 @@ def write_shaded_scene(
             }
             for name, item in maps.items()
         ],
-        "material": material_to_json(material),
+        "materials": [material_to_json(material) for material in materials],
     }
     buffer.write(folder)
     part = Part("mesh", mesh, Material("mesh"), True)
@@ -152,10 +153,11 @@ def _taps(kernel: Kernel) -> Float32[np.ndarray, "taps 5"]:
     return np.concatenate([lobe.direction, lobe.blur[:, None], lobe.weight[:, None]], 1).astype(np.float32)
 
 
-def _metals(material: SurfaceMaterial | str) -> list[dict[str, Any]]:
+def _metals(materials: Sequence[SurfaceMaterial | str]) -> list[dict[str, Any]]:
     metals = dict(METALS)
-    if isinstance(material, Conductor) and material not in metals.values():
-        metals["as given"] = material
+    for material in materials:
+        if isinstance(material, Conductor) and material not in metals.values():
+            metals["as given"] = material
     return [{"name": name, "n": list(metal.n), "k": list(metal.k)} for name, metal in metals.items()]
 
 

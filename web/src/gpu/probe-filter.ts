@@ -6,6 +6,7 @@ import { FacePasses } from "./face-passes";
 const MOST_TAPS = 64;
 const TAP_FLOATS = 8;
 const HALF: GPUTextureFormat = "rgba16float";
+const DIFFUSE_SOURCE = 16; // rows of the level that the diffuse level sums
 const BLUR_OF_TEXELS = 0.6; // standard deviation, in texels, of what a lookup sees of a level
 
 /** A lobe as taps: x, y, z around +z, blur in radians, weight; five numbers each (reflet.reflectance.lobe_taps). */
@@ -31,7 +32,7 @@ export function lobeUniform(lobe: LobeTaps, size: number): ArrayBuffer {
 }
 
 export class ProbeFilter {
-  /** Level 0 mirrors, level k is filtered with the lobe k - 1. */
+  /** Level 0 mirrors, level k is filtered with the lobe k - 1, the last one diffusely, as GGX of roughness 1 is. */
   readonly result: EnvMapTexture;
   private readonly passes: FacePasses;
   private readonly pyramid: GPUTexture;
@@ -47,7 +48,7 @@ export class ProbeFilter {
     this.passes = new FacePasses(device, "probe_filter");
     this.sampler = device.createSampler({ magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" });
     this.pyramid = createEnvMap(device, "cube", size, Math.log2(size) + 1, HALF).texture;
-    this.result = createEnvMap(device, "cube", size, lobes.length + 1, HALF);
+    this.result = createEnvMap(device, "cube", size, lobes.length + 2, HALF);
     this.lobes = lobes.map((lobe) => {
       const data = lobeUniform(lobe, size);
       const usage = GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST;
@@ -67,6 +68,9 @@ export class ProbeFilter {
       passes.draw(encoder, "next_level", at(level), pyramid, level, { 2: levelView(pyramid, level - 1) });
     }
     passes.draw(encoder, "mirrored", at(0), this.result.texture, 0, incoming);
+    const last = this.lobes.length + 1;
+    const summed = levelView(pyramid, Math.max(Math.log2(this.size / DIFFUSE_SOURCE), 0));
+    passes.draw(encoder, "diffuse", at(last), this.result.texture, last, { 2: summed });
     const smooth = { 0: pyramid.createView({ dimension: "cube" }), 1: sampler };
     this.lobes.forEach((buffer, k) => {
       passes.draw(encoder, "prefiltered", at(k + 1), this.result.texture, k + 1, { ...smooth, 3: { buffer } });

@@ -1,0 +1,74 @@
+"""Meshes of environment-mapped materials for the web viewer: mesh, environment and materials by name, a folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.mip_reduction import mip_images
+from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.resample import resample
+from reflet.errors import RefletError
+from reflet.files.env_image_file import read_env_image
+from reflet.reflectance.material import Coated, Rgb, SurfaceMaterial
+from reflet.scene.mesh import Mesh
+from reflet.shade import frame_mesh, load_mesh, surface_material
+from reflet.sketch import map_material, shows_map
+from reflet.view.shaded_scene import NamedMap, write_shaded_scene
+
+RED_PAINT = Coated(1.5, (0.5, 0.02, 0.02))  # what the viewer opens with where nothing is chosen: it shows both lookups
+
+
+def write_materials_view(
+    folder: str | Path,
+    mesh: str | Path | Mesh,
+    environment: str | Path | None,
+    materials: Sequence[str] = (),
+    *,
+    source_is: Parameterization | None = None,
+    albedo: Rgb | None = None,
+    specular: Rgb | None = None,
+    metallic: float = 0.0,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
+    distance: float | None = None,
+) -> None:
+    """Write what the web viewer shows of a mesh in an environment into ``folder``.
+
+    ``mesh`` is what `reflet.shade.load_mesh` takes, or one itself; ``materials`` are names as of `reflet shade`, the
+    first of them what the viewer opens with. Drawings need no environment; ``map:LOOKUP`` shows the environment's file
+    itself. ``source_is`` is that file's parameterization where it does not tell. Raises RefletError for what is
+    unknown, and where lit materials have no environment.
+    """
+    shown: list[SurfaceMaterial | str] = []
+    maps: dict[str, NamedMap] = {}
+    for name in materials:
+        if shows_map(name):
+            of_file = name.startswith("map:")
+            levels, lookup = map_material(name, environment if of_file else None, source_is)
+            maps[name] = NamedMap(_whole(levels), lookup)
+            shown.append(name)
+        elif environment is None:
+            raise RefletError(
+                f"The material {name} is lit by an environment, and none came; name a file after the mesh."
+            )
+        else:
+            shown.append(surface_material(name, albedo, specular, metallic))
+    shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
+    lit = environment is not None and not any(name.startswith("map:") for name in materials)
+    write_shaded_scene(
+        folder,
+        shape,
+        read_env_image(environment, source_is) if lit and environment is not None else None,
+        frame_mesh(shape, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, distance=distance),
+        shown or [RED_PAINT],
+        maps=maps,
+    )
+
+
+def _whole(levels: Sequence[EnvImage]) -> tuple[EnvImage, ...]:
+    """The levels, where all are there down to one row; else filtered from the finest."""
+    finest = levels[0]
+    size = 1 << (finest.size.bit_length() - 1)
+    if finest.size == size and len(levels) == size.bit_length():
+        return tuple(levels)
+    return mip_images(finest if finest.size == size else resample(finest, finest.parameterization, size))

@@ -1,0 +1,79 @@
+"""``reflet view`` with a mesh: what it writes and serves, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reflet.cli.main import main
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.latlong import LatLong
+from reflet.files.env_image_file import write_env_image
+from reflet.view import static_files
+
+
+def reflet(*arguments: str | Path) -> int:
+    """Exit status of one command, run within this process."""
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    return stop.value.code or 0
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    """The one sentence that a command is refused with."""
+    assert reflet(*arguments) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("reflet: ")
+    return lines[0]
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> Path:
+    """A grey environment of 16 rows."""
+    path = tmp_path / "grey.hdr"
+    write_env_image(path, [EnvImage(LatLong(), np.full((1, 16, 32, 3), 0.5, np.float32))])
+    return path
+
+
+@pytest.fixture(autouse=True)
+def viewer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stand-in for the built viewer."""
+    (tmp_path / "viewer").mkdir()
+    (tmp_path / "viewer/index.html").write_text("<reflet-viewer>")
+    monkeypatch.setattr(static_files, "_VIEWER", tmp_path / "viewer")
+
+
+def extension(folder: Path) -> dict:
+    """What the exported scene says beyond glTF."""
+    return json.loads((folder / "scene/scene.gltf").read_bytes())["extensions"][static_files.SHADED_EXTENSION]
+
+
+def test_export_of_a_mesh_in_an_environment(environment: Path, tmp_path: Path) -> None:
+    assert reflet("view", "sphere", environment, "--material", "ggx:0.3", "--export", tmp_path / "site") == 0
+    written = extension(tmp_path / "site")
+    assert written["materials"] == [{"kind": "ggx", "baseColor": [1, 1, 1], "metallic": 0, "roughness": 0.3}]
+    assert written["environment"]["size"] == 8  # of 16·32/6 texels a face, the power of two that is closest: 9.2²
+    assert (tmp_path / "site/scene" / written["environment"]["uri"]).exists()
+
+
+def test_drawings_need_no_environment(tmp_path: Path) -> None:
+    assert reflet("view", "sphere", "--material", "gooch", "--export", tmp_path / "site") == 0
+    written = extension(tmp_path / "site")
+    assert written["materials"] == [{"kind": "map", "map": "gooch"}]
+    assert [(item["name"], item["lookup"]) for item in written["maps"]] == [("gooch", "view_normal")]
+
+
+def test_a_map_shown_as_it_is(environment: Path, tmp_path: Path) -> None:
+    assert reflet("view", "sphere", environment, "--material", "map:normal", "--export", tmp_path / "site") == 0
+    (item,) = extension(tmp_path / "site")["maps"]
+    assert (item["lookup"], item["parameterization"], item["size"]) == ("normal", "latlong", 16)
+
+
+def test_what_cannot_be_shown_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], environment: Path, tmp_path: Path
+) -> None:
+    assert "needs an environment map" in refused(capsys, "view", "sphere")
+    assert "lit by an environment" in refused(capsys, "view", "sphere", "--material", "mirror")
+    assert "plastic" in refused(capsys, "view", "sphere", environment, "--material", "plastic")
+    assert "chair.stl" in refused(capsys, "view", tmp_path / "chair.stl", environment)
