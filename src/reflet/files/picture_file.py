@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float32, UInt8
 
 from reflet.errors import RefletError
 from reflet.files.exr import read_exr_layout, write_exr
@@ -65,10 +65,11 @@ def write_picture_file(
             raise RefletError(f"{path} cannot be written: .hdr holds no alpha; write .exr instead.")
         write_hdr(path, pixels, notes)
     else:
-        write_png(path, _as_srgb(pixels), notes)
+        write_png(path, as_srgb(pixels), notes)
 
 
-def _as_srgb(pixels: np.ndarray) -> np.ndarray:
+def as_srgb(pixels: Float32[np.ndarray, "height width channels"]) -> UInt8[np.ndarray, "height width channels"]:
+    """Linear colours, premultiplied where there is alpha, clipped to [0, 1] and encoded as PNG files have them."""
     color, alpha = pixels[..., :3], pixels[..., 3:]
     if alpha.shape[-1]:
         color = color / np.where(alpha > 0.0, alpha, 1.0)

@@ -17,7 +17,8 @@ contour comes out at x pixels, on things of any size, at any distance: the line 
 strokes (`hatching`).
 
 The levels reach from balls of a pixel to R = 1/(g·sin a) at the finest: with sin a = √(2x/R) at x pixels from the
-contour, R = 1/(2x·g²). Octahedral maps of 256 rows have g near 1/70, good for lines of 2 px on balls of 1200 px.
+contour, R = 1/(2x·g²). Dual paraboloids of 256 rows have g = 1/128 there, good for lines of 2 px on balls of 4000 px,
+octahedral maps g near 1/70, for 1200 px.
 """
 
 from abc import ABC, abstractmethod

@@ -15,7 +15,7 @@ DRAWINGS: dict[str, Window | Gooch | Silhouette | Hatching] = {
     "silhouette": Silhouette(),
     "hatching": Hatching(),
 }
-SIZE = 256  # rows of a face: lines of 2 pixels stay so on balls of up to 1000
+SIZE = 256  # rows of a face: see `drawing` for what they serve
 
 
 def is_drawing(text: str) -> bool:

@@ -26,7 +26,7 @@ _LIGHT = 2.2  # azimuth in radians, upper left: there rows reach less far, on th
 _CONTRAST = 0.35  # by this share
 _DEEPEST = 0.8  # n·v: around the point that faces the viewer rows would be rings
 _STROKES = 10  # around the contour
-_GAP = 0.15  # of a stroke's place, at most, left out at either end
+_GAP = 0.12  # of a stroke's place, at most, left out at either end
 _TAPER = 0.3  # of a stroke's place: from its thin end to its full width
 _FADE = 0.12  # in n·v: a row thins out towards the last it is drawn at
 _STRAY = 0.3  # of the spacing: how far the hand strays
@@ -41,8 +41,8 @@ Share = Float[np.ndarray, "*batch"]
 class Hatching(Drawing):
     """Strokes ``width`` pixels thick in rows ``spacing`` pixels apart where they are densest, at the contour."""
 
-    width: float = 1.5
-    spacing: float = 3.0
+    width: float = 1.4
+    spacing: float = 2.5
     seed: int = 1
     color: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -25,6 +25,7 @@ _WALLS = (
 )
 _PANES = (2, 2)  # across and up
 _BAR = 0.022  # of glazing bars and frames: half their width
+_FRAME = 0.05  # of a window's frame: how far around it
 _GLINTS = ((0.3, 0.1), (0.46, 0.035))  # white strokes down a window: where, and how wide, in its widths
 _OVERSHOOT = 0.05  # of a line's length, at most: a hand does not stop at corners
 _STRAY = 0.006  # radians: how far it strays
@@ -123,7 +124,7 @@ def _covered(x: Share, low: float | Share, high: float | Share, pixel: Share) ->
 
 
 def _lines(u: Vector, w: Vector, middle: np.ndarray, extent: np.ndarray) -> list[Line]:
-    """A wall's left edge, its upper and lower one, and the frame around its window, drawn twice as a sketch has it."""
+    """A wall's left edge, its upper and lower one with the skirting, and the frame around its window."""
     away, half = w * _ROOM, abs(u @ _ROOM)
 
     def at(x: float, y: float) -> Vector:
@@ -136,9 +137,7 @@ def _lines(u: Vector, w: Vector, middle: np.ndarray, extent: np.ndarray) -> list
         (at(-half, -height), at(half, -height), 1.0),
         (at(-half, 0.1 - height), at(half, 0.1 - height), 0.8),
     ]
-    for grown, thickness in ((0.02, 1.2), (0.06, 0.8)):
-        left, right = middle[0] - extent[0] - grown, middle[0] + extent[0] + grown
-        low, high = middle[1] - extent[1] - grown, middle[1] + extent[1] + grown
-        corners = [at(left, low), at(right, low), at(right, high), at(left, high)]
-        lines += [(corners[k], corners[(k + 1) % 4], thickness) for k in range(4)]
-    return lines
+    left, right = middle[0] - extent[0] - _FRAME, middle[0] + extent[0] + _FRAME
+    low, high = middle[1] - extent[1] - _FRAME, middle[1] + extent[1] + _FRAME
+    corners = [at(left, low), at(right, low), at(right, high), at(left, high)]
+    return lines + [(corners[k], corners[(k + 1) % 4], 1.2) for k in range(4)]
