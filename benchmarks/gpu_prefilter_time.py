@@ -20,6 +20,7 @@ levels, which is how engines do it and what Manson and Sloan compare with, and f
 import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -54,7 +55,7 @@ from reflet.scene.primitives import sphere_mesh
 from reflet.shade import frame_mesh, load_mesh
 
 ROUNDS = 7
-CHECKED = 400  # texels
+CHECKED = 200  # texels
 SAMPLES = 32
 NOTES = {10: 25, 50: 20, 100: 16, 250: 16, 500: 9}  # frames a second on the SGI O2 of the notes, by exponent
 
@@ -85,10 +86,32 @@ def waited_for(env_map: EnvMapTexture) -> EnvMapTexture:
     return env_map
 
 
-def checked(kind: Parameterization, size: int, source: EnvImage, kernel: Kernel) -> tuple[np.ndarray, np.ndarray]:
-    """Directions of some texels, the same at every call, and what they should hold."""
-    direction = kind.texel_directions(size)[0].reshape(-1, 3)[some_texels(kind, size)]
-    return direction, filtered_reference(source, kernel, direction)
+@dataclass(frozen=True, eq=False)
+class Source:
+    """An environment, and what it should become."""
+
+    image: EnvImage
+
+    @cache  # noqa: B019
+    def filtered(self, kernel: Kernel, size: int) -> np.ndarray:
+        """By brute force, in some texels of a map of ``size`` rows."""
+        return filtered_reference(self.image, kernel, directions(self.image.parameterization, size))
+
+    def error(self, kernel: Kernel, env_map: EnvMapTexture, level: int = 0) -> float:
+        """See the module."""
+        size = env_map.size >> level
+        some = some_texels(env_map.parameterization, size)
+        return self.distance(kernel, size, env_map.read(level).texels.reshape(-1, 4)[some, :3].astype(float))
+
+    def distance(self, kernel: Kernel, size: int, texels: np.ndarray) -> float:
+        """The error of these texels."""
+        expected = self.filtered(kernel, size)
+        return float(np.abs(texels - expected).sum() / expected.sum())
+
+
+def directions(kind: Parameterization, size: int) -> np.ndarray:
+    """Of the texels that are looked at."""
+    return kind.texel_directions(size)[0].reshape(-1, 3)[some_texels(kind, size)]
 
 
 @cache
@@ -96,14 +119,6 @@ def some_texels(kind: Parameterization, size: int) -> np.ndarray:
     """Drawn at random, each as likely as it is large."""
     weight = kind.texel_solid_angle(size).ravel()
     return np.random.default_rng(0).choice(len(weight), CHECKED, p=weight / weight.sum())
-
-
-def error(env_map: EnvMapTexture, level: int, source: EnvImage, kernel: Kernel) -> float:
-    """See the module."""
-    kind, size = env_map.parameterization, env_map.size >> level
-    _, expected = checked(kind, size, source, kernel)
-    texels = env_map.read(level).texels.reshape(-1, 4)[some_texels(kind, size), :3].astype(float)
-    return float(np.abs(texels - expected).sum() / expected.sum())
 
 
 def importance_samples(alpha: float) -> LobeTaps:
@@ -124,21 +139,22 @@ def from_smooth_pyramid(samples: LobeTaps) -> LobeTaps:
     return LobeTaps(samples.direction, 0.6 * samples.blur, samples.weight)
 
 
-def sampled_error(source: EnvImage, kernel: GgxKernel, size: int) -> float:
+def sampled_error(source: Source, kernel: GgxKernel, size: int) -> float:
     """The error of samples from ordinary mip levels of a cube, in texels of a level of ``size`` rows."""
-    chain = MipChain(source.size)
-    mips = np.concatenate([each.texels.reshape(-1, 3) for each in mip_images(source)]).astype(float)
-    r, expected = checked(CUBE, size, source, kernel)
+    chain = MipChain(source.image.size)
+    mips = np.concatenate([each.texels.reshape(-1, 3) for each in mip_images(source.image)]).astype(float)
+    r = directions(CUBE, size)
     right = np.cross(r, np.where(np.abs(r[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]]))
     right /= np.linalg.norm(right, axis=-1, keepdims=True)
     frames = np.stack([right, np.cross(r, right), r], 1)
     samples = importance_samples(kernel.alpha)
-    lod = np.clip(np.log2(samples.blur * source.size * np.sqrt(6.0 / (4.0 * np.pi))), 0.0, chain.level_count - 1.0)
-    total = np.zeros_like(expected)
+    texels_a_radian = chain.size * np.sqrt(6.0 / (4.0 * np.pi))
+    lod = np.clip(np.log2(samples.blur * texels_a_radian), 0.0, chain.level_count - 1.0)
+    total = np.zeros_like(r)
     for direction, level, weight in zip(samples.direction, lod, samples.weight, strict=True):
         indices, weights = texture_taps(chain, direction @ frames, np.full(len(r), level))
         total += weight * np.einsum("nt,ntc->nc", weights, mips[indices])
-    return float(np.abs(total - expected).sum() / expected.sum())
+    return source.distance(kernel, size, total)
 
 
 def environment(path: str | None, to: Parameterization, rows: int) -> EnvImage:
@@ -153,9 +169,11 @@ class Ways:
 
     def __init__(self, path: str | None, rows: int) -> None:
         self.device, self.rows = shared_device(), rows
-        self.paraboloid, self.cube = environment(path, DualParaboloid(), rows), environment(path, CUBE, rows // 2)
-        self.source = upload_env_map(self.device, [self.paraboloid])
-        self.cube_source = upload_env_map(self.device, mip_images(self.cube))
+        self.paraboloid, self.cube = (
+            Source(environment(path, kind, size)) for kind, size in ((DualParaboloid(), rows), (CUBE, rows // 2))
+        )
+        self.source = upload_env_map(self.device, [self.paraboloid.image])
+        self.cube_source = upload_env_map(self.device, mip_images(self.cube.image))
         self.hardware, self.probe = PhongParaboloidFilter(self.device, rows), ProbeFilter(self.device, rows // 2)
         self.live = LiveEnvironment(rows // 2, self.device)
         self.sphere, self.camera = EnvMapRenderer(sphere_mesh()), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0))
@@ -210,9 +228,9 @@ def print_phong(ways: Ways, times: Mapping[str, float]) -> None:
         kernel = PhongKernel(exponent)
         small, large = plane_filters(kernel, ways.rows)
         sizes, factors = f"{small.size}, {large.size}", f"{1 << small.shrink_level}, {1 << large.shrink_level}"
-        took, off = times[f"paraboloids {exponent}"], error(ways.by_paraboloids(exponent), 0, ways.paraboloid, kernel)
+        took, off = times[f"paraboloids {exponent}"], ways.paraboloid.error(kernel, ways.by_paraboloids(exponent))
         speed = f"{took:8.1f}{took / times['plain']:15.2f}{1000 / took:12.0f}{rate:7d}"
-        took_taps, off_taps = times[f"taps {exponent}"], error(ways.by_taps(exponent), 0, ways.cube, kernel)
+        took_taps, off_taps = times[f"taps {exponent}"], ways.cube.error(kernel, ways.by_taps(exponent))
         taps = f"{took_taps:10.1f}{took_taps / times['plain']:9.2f}{off_taps:8.3f}"
         print(f"{exponent:8d}{sizes:>14s}{factors:>16s}{speed}{off:8.3f}{taps}")
 
@@ -223,12 +241,12 @@ def print_ggx(ways: Ways, took: float, plain: float) -> None:
     kernels = ggx_kernels(size)
     errors = np.empty((len(kernels), 3))
     for level, kernel in enumerate(kernels, start=1):
-        errors[level - 1, 0] = error(ways.chain(), level, ways.cube, kernel)
+        errors[level - 1, 0] = ways.cube.error(kernel, ways.chain(), level)
         errors[level - 1, 1] = sampled_error(ways.cube, kernel, size >> level)
     for level, kernel in enumerate(kernels, start=1):
         ways.probe.set_lobe(level, from_smooth_pyramid(importance_samples(kernel.alpha)))
     for level, kernel in enumerate(kernels, start=1):
-        errors[level - 1, 2] = error(ways.chain(), level, ways.cube, kernel)
+        errors[level - 1, 2] = ways.cube.error(kernel, ways.chain(), level)
     print(f"\nGGX, a cube of {size} rows: {took:.1f} ms, {took / plain:.2f} plain lookups")
     head = f"{SAMPLES} samples: mips"
     print(f"{'level':>5s}{'rows':>6s}{'alpha':>8s}{'error':>8s}{head:>18s}{'pyramid':>9s}{'ratios':>14s}")

@@ -98,7 +98,7 @@ def materials(share: float) -> tuple[SurfaceMaterial, ...]:
     )
 
 
-def main(out: Path, size: int = 320, frames: int = SECONDS * RATE, map_rows: int = 128, samples: int = 4) -> None:
+def main(out: Path, size: int = 256, frames: int = SECONDS * RATE, map_rows: int = 128, samples: int = 4) -> None:
     """Writes ``strip.png`` and ``live.webp``, of pictures ``size`` pixels wide and high."""
     mesh = load_mesh("teapot")
     orbit = frame_mesh(mesh, elevation_deg=24.0, image_size=size)
