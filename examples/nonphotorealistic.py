@@ -17,6 +17,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.mip_reduction import mip_images
 from reflet.files.picture_file import as_srgb
@@ -24,6 +26,7 @@ from reflet.files.png import write_png
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.silhouette import Silhouette
 from reflet.report.plate import plate
+from reflet.scene.camera import Camera
 from reflet.shade import frame_mesh, load_mesh
 from reflet.sketch import on_paper, sketch, sketch_levels
 
@@ -37,7 +40,7 @@ DRAWINGS = {
 ELEVATIONS = {"sphere": 0.0, "teapot": 22.0, "torus": 32.0}
 CLOSER = {"teapot": 0.94}  # than shows the mesh's bounding sphere
 DISTANCES = (3.6, 7.0, 14.0, 28.0)  # metres from a ball of radius 1
-AS_WIDE = 9.5  # pixels on the finest level alone, so that filtered it is as wide on the nearest ball
+AS_WIDE = 11.0  # pixels on the finest level alone, so that filtered it is as wide on the nearest ball
 
 
 def main(out: Path, model: Path | None = None, picture: int = 280, samples: int = 16, map_rows: int = 256) -> None:
@@ -59,14 +62,23 @@ def main(out: Path, model: Path | None = None, picture: int = 280, samples: int 
     wide = drawn_levels(Silhouette(AS_WIDE), DualParaboloid(), map_rows)
     ways = {"levels drawn": drawn, "levels filtered from the finest": mip_images(wide[0])}
     rows = []
-    for levels in ways.values():
-        views = []
+    for way, levels in ways.items():
+        views, widths = [], []
         for distance in DISTANCES:
             camera = frame_mesh(ball, distance=distance, image_size=picture).camera()
-            views.append(as_srgb(on_paper(sketch(ball, levels, camera, samples=samples))))
+            view = on_paper(sketch(ball, levels, camera, samples=samples))
+            views.append(as_srgb(view))
+            widths.append(f"{line_width(view, camera, distance):.2f} px")
         rows.append(views)
+        print(f"{way}: a line of {', '.join(widths)} at {', '.join(f'{each:g} m' for each in DISTANCES)}")
     write_png(out / "levels.png", plate(rows, [f"{distance:g} m away" for distance in DISTANCES], tuple(ways)))
     print(f"Look at drawings.png and levels.png in {out}.")
+
+
+def line_width(view: np.ndarray, camera: Camera, distance: float) -> float:
+    """Width in pixels that the ink around a ball of radius 1 would have, were all of it black and at the contour."""
+    radius = 0.5 * camera.height / (np.tan(np.radians(0.5 * camera.fov_deg)) * np.sqrt(distance**2 - 1.0))
+    return float(radius - np.sqrt(radius**2 - (1.0 - view[..., 0]).sum() / np.pi))
 
 
 if __name__ == "__main__":
