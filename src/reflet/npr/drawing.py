@@ -62,7 +62,7 @@ class Overprint(Drawing):
 def drawn_levels(drawing: Drawing, parameterization: Parameterization, size: int) -> tuple[EnvImage, ...]:
     """The drawing as a map by the viewer's normal, with each mip level drawn for itself, finest first; float32.
 
-    ``size`` is a power of two; RefletError says so where it is not. 0.2 kB a texel of the finest level are in use
+    ``size`` is a power of two; RefletError says so where it is not. 0.4 kB a texel of the finest level are in use
     meanwhile.
     """
     levels = []

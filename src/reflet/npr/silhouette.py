@@ -14,7 +14,7 @@ class Silhouette(Drawing):
     """Everything within ``width`` pixels of the contour is ink, whatever the size of the ball (`drawing`).
 
     The inner edge is as soft as a pixel. Between two levels the LOD blends a line that is too thin with one twice as
-    thick: summed over the line's profile, the ink is 0.90 to 1.18 of the width, by where in its octave the radius lies.
+    thick: summed over the line's profile, the ink is 0.86 to 1.22 of the width, by where in its octave the radius lies.
     Balls of a radius below ``width`` are ink all over. Flat faces have no silhouette, for their normals do not turn,
     and where the view runs along a surface's straight direction (the ends of inner contours) the line swells.
     """
