@@ -31,6 +31,13 @@ figures: .venv/.ready .venv/.browser $(VIEWER)
 	$(PY) tools/parameterizations_picture.py out/figures/parameterizations docs/parameterizations.png
 	.venv/bin/reflet sampling --figure docs/sampling.png
 	$(PY) examples/mip_levels.py docs/mip_levels.png
+	$(PY) examples/live_materials.py out/figures/live
+	cp out/figures/live/strip.png docs/live_materials.png
+	$(PY) examples/filtering_methods.py out/figures/methods
+	cp out/figures/methods/methods.png docs/filtering_methods.png
+	$(PY) examples/nonphotorealistic.py out/figures/drawings
+	cp out/figures/drawings/drawings.png docs/nonphotorealistic.png
+	cp out/figures/drawings/levels.png docs/drawn_levels.png
 
 web: $(VIEWER)
 

@@ -37,15 +37,20 @@ def commands() -> None:
       reflet render teapot --azimuth 61 -o view.png    draw one view without a window
       reflet compare teapot --figure compare.png       set it beside ray tracing and older methods
 
-    Environment maps of other kinds:
+    Environment maps of every kind:
 
     \b
       reflet info studio.hdr                           what it holds, with a picture in the terminal
       reflet convert studio.hdr studio.ktx2 --to cube  from any parameterization and format to any other
       reflet join front.jpg back.jpg -o room.exr       two fisheye or mirror ball pictures into one map
-      reflet shade teapot studio.hdr --material coated:1.5 -o red.png   a mesh in an environment
-      reflet sketch gooch+silhouette -o map.ktx2       a drawn map, for non-photorealistic pictures
       reflet sampling                                  what each parameterization spends its texels on
+
+    \b
+    Materials:
+      reflet prefilter studio.hdr --engine gltf -o out               diffuse, GGX and sheen maps for engines
+      reflet shade teapot studio.hdr --material phong:50 -o pot.png  a mesh in an environment
+      reflet view teapot studio.hdr                                  the same live, in the browser
+      reflet sketch gooch+silhouette -o map.ktx2                     a drawn map, for non-photorealistic pictures
 
     `reflet VERB --help` explains each verb with examples.
     """
