@@ -1,14 +1,16 @@
 """Pictures of meshes of environment-mapped materials: mesh, environment and material by name, a camera, a picture."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Float32
 
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import read_env_image
 from reflet.files.ior_file import read_spectral_index
 from reflet.files.measured_brdf_file import read_measured_brdf
+from reflet.files.texel_formats import LINEAR_FROM_SRGB
 from reflet.reflectance.lobes import fit_lobes
 from reflet.reflectance.material import (
     BLACK,
@@ -31,13 +33,16 @@ from reflet.scene.bounds import bounding_sphere
 from reflet.scene.camera import Vec3
 from reflet.scene.framing import ELEVATION_DEG, FOV_DEG
 from reflet.scene.gltf import read_gltf
+from reflet.scene.material import Material
 from reflet.scene.mesh import Mesh
 from reflet.scene.newell import PARTS
 from reflet.scene.obj import read_obj
 from reflet.scene.parameter_space import Orbit
 from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.scene import Part
 from reflet.scene.teapot import teapot_mesh
 
+OWN = "gltf"  # stands for the materials that a file gives its parts
 BUILT_IN = ("sphere", "torus", "teapot")
 _MARGIN = 1.05  # room around the mesh's bounding sphere
 _AZIMUTH_DEG = -60.0  # before glTF's models, whose front is towards +z, and somewhat to their left
@@ -69,14 +74,30 @@ def load_mesh(source: str | Path) -> Mesh:
         return torus_mesh()
     if name == "teapot":
         return joined([teapot_mesh(part) for part in PARTS])
+    return joined([part.mesh for part in _parts(source)])
+
+
+def _parts(source: str | Path) -> list[Part]:
     path = Path(source)
     suffix = path.suffix.lower()
     if suffix not in (".glb", ".gltf", ".obj"):
-        raise RefletError(f"A mesh is a .glb, .gltf or .obj file, or one of {', '.join(BUILT_IN)}, not {name}.")
+        raise RefletError(f"A mesh is a .glb, .gltf or .obj file, or one of {', '.join(BUILT_IN)}, not {source}.")
     if not path.is_file():
         raise RefletError(f"There is no file {path}; check the name.")
-    parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
-    return joined([part.mesh for part in parts])
+    return read_obj(path) if suffix == ".obj" else read_gltf(path)
+
+
+def own_material(material: Material) -> GlossyGgx:
+    """glTF's metallic-roughness material, by `GlossyGgx`: textures count as their mean, glow is left out."""
+    color, metallic, roughness = np.array(material.base_color), material.metallic, material.perceptual_roughness
+    if material.base_color_texture_srgb is not None:
+        pixels = material.base_color_texture_srgb.pixels
+        color = color * LINEAR_FROM_SRGB[pixels[..., :3]].mean((0, 1))
+    if material.metallic_roughness_texture is not None:
+        share = material.metallic_roughness_texture.pixels[..., 1:3].mean((0, 1)) / 255.0
+        roughness, metallic = roughness * share[0], metallic * share[1]
+    r, g, b = (float(channel) for channel in np.clip(color, 0.0, 1.0))
+    return GlossyGgx((r, g, b), float(np.clip(metallic, 0.0, 1.0)), float(np.clip(roughness, 0.0, 1.0)))
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
@@ -101,7 +122,7 @@ def surface_material(
     """
     name, _, value = text.partition(":")
     if name not in MATERIALS:
-        raise RefletError(f"A material is one of {', '.join(MATERIALS)}, not {name!r}.")
+        raise RefletError(f"A material is one of {', '.join(MATERIALS)} or {OWN}, not {name!r}.")
     what = MATERIALS[name]
     color = albedo or WHITE
     if what is None:
@@ -185,17 +206,30 @@ def shade(
     """Linear radiance of a mesh before an environment at infinity, and coverage of the mesh in alpha.
 
     ``mesh`` is what `load_mesh` takes, ``environment`` what `read_env_image` does, ``material`` what `surface_material`
-    does; or each the thing itself. ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a
-    pixel.
+    does; or each the thing itself. With the material ``gltf`` each part of a file has its own (`own_material`).
+    ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a pixel.
     """
-    from reflet.render.material_renderer import MaterialRenderer
+    from reflet.render.parts_renderer import PartsRenderer, ShadedPart
 
-    shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
-    surface = surface_material(material) if isinstance(material, str) else material
+    if material != OWN:
+        surface = surface_material(material) if isinstance(material, str) else material
+        parts = [ShadedPart(mesh if isinstance(mesh, Mesh) else load_mesh(mesh), surface)]
+    elif isinstance(mesh, Mesh) or str(mesh) in BUILT_IN:
+        raise RefletError(f"The material {OWN} is that of a .glb, .gltf or .obj file; choose another for this mesh.")
+    else:
+        found = _parts(mesh)
+        if any(part.material.base_color_texture_srgb or part.material.metallic_roughness_texture for part in found):
+            text = f"{Path(mesh).name} has textures, which are not honoured: their mean colour and roughness are shown."
+            warnings.warn(text, RefletWarning, stacklevel=2)
+        parts = [ShadedPart(part.mesh, own_material(part.material), part.material.double_sided) for part in found]
     orbit = frame_mesh(
-        shape, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, distance=distance, image_size=image_size
+        joined([part.mesh for part in parts]),
+        azimuth_deg=azimuth_deg,
+        elevation_deg=elevation_deg,
+        distance=distance,
+        image_size=image_size,
     )
     camera = orbit.camera()
     maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(read_env_image(environment))
     turn = turn_about_vertical(turn_deg) if turn_deg else None
-    return MaterialRenderer(shape, maps).picture(surface, camera, frame=turn, samples=samples, backdrop=backdrop)
+    return PartsRenderer(parts, maps).picture(camera, frame=turn, samples=samples, backdrop=backdrop)

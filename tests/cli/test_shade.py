@@ -9,13 +9,18 @@ from PIL import Image
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.files.env_image_file import write_env_image
+from reflet.files.env_image_file import read_env_image, write_env_image
 from reflet.files.exr import read_exr
 from reflet.files.ior_file import read_spectral_index
-from reflet.reflectance.material import Coated, GlossyPhong
+from reflet.reflectance.material import Coated, GlossyGgx, GlossyPhong
+from reflet.reflectance.material_maps import EnvironmentMaps
 from reflet.reflectance.metals import METALS
 from reflet.reflectance.spectral import index_rgb
-from reflet.shade import frame_mesh, load_mesh, shade, surface_material, turn_about_vertical
+from reflet.render.parts_renderer import PartsRenderer, ShadedPart
+from reflet.scene.camera import Camera
+from reflet.scene.material import Material, Texture
+from reflet.scene.mesh import Mesh
+from reflet.shade import frame_mesh, load_mesh, own_material, shade, surface_material, turn_about_vertical
 
 LATLONG = PARAMETERIZATIONS["latlong"]
 IOR = Path(__file__).parents[2] / "../shared/data/ior"
@@ -78,6 +83,33 @@ def test_the_camera_goes_where_it_is_told(white: Path) -> None:
     assert 3.0 < near / far < 6.0
 
 
+def test_parts_show_their_own_materials(white: Path) -> None:
+    """In white light a metal shows its base colour, from behind only where it is double-sided."""
+    maps = EnvironmentMaps(read_env_image(white), size=32)
+    front = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0]], np.float32)
+    flat = Mesh(front, np.tile(np.float32([0, 0, 1]), (3, 1)), np.array([[0, 1, 2]], np.uint32))
+    turned = Mesh(front * np.float32([-1, -1, 1]), flat.normals, flat.triangles)
+    metal = own_material(Material(base_color=(0.9, 0.5, 0.2), metallic=1.0, perceptual_roughness=0.3))
+    parts = [ShadedPart(flat, metal), ShadedPart(turned, metal, double_sided=True)]
+    renderer = PartsRenderer(parts, maps)
+    for eye, backs in ((4.0, False), (-4.0, True)):
+        camera = Camera((0.0, 0.0, eye), (0.0, 0.0, 0.0), fov_deg=30.0, width=32, height=32)
+        picture = renderer.picture(camera, samples=1, backdrop=False)
+        right, left = picture[20, 16 + (5 if not backs else -5)], picture[12, 16 + (-5 if not backs else 5)]
+        assert right[3] == left[3] == 1.0
+        # Schlick's term and what bounces twice nearly cancel straight on.
+        np.testing.assert_allclose(left[:3], metal.base_color, atol=5e-3)
+        np.testing.assert_allclose(right[:3], np.zeros(3) if backs else metal.base_color, atol=5e-3)
+
+
+def test_textures_count_by_their_mean() -> None:
+    half = np.zeros((2, 2, 4), np.uint8)
+    half[0] = 255
+    texture = Texture(half)
+    material = Material(base_color_texture_srgb=texture, metallic_roughness_texture=texture, perceptual_roughness=0.5)
+    assert own_material(material) == GlossyGgx((0.5, 0.5, 0.5), 0.5, 0.25)
+
+
 def test_materials_by_name() -> None:
     assert surface_material("coated:1.33", (0.1, 0.2, 0.3)) == Coated(1.33, (0.1, 0.2, 0.3))
     phong = surface_material("phong:50", (0.25, 0.5, 1.0))
@@ -107,6 +139,7 @@ def test_metals_are_those_of_the_tables(file: str) -> None:
         (["teapot", "{white}", "--material", "mirror:2", "-o", "out.png"], "takes no number"),
         (["teapot", "{white}", "--material", "conductor:Pb", "-o", "out.png"], "Au, Ag, Cu, Al"),
         (["teapot", "{white}", "--material", "coated:1.5", "--albedo", "2,0,0", "-o", "out.png"], "share of light"),
+        (["teapot", "{white}", "--material", "gltf", "-o", "out.png"], "choose another"),
         (["teapot", "{white}", "--material", "mirror", "-o", "out.gif"], "a .png or an .exr"),
         (["kettle", "{white}", "--material", "mirror", "-o", "out.png"], "sphere, torus, teapot"),
         (["kettle.glb", "{white}", "--material", "mirror", "-o", "out.png"], "no file"),

@@ -58,6 +58,7 @@ def shade(
       conductor:Au            polished metal: Au, Ag, Cu, Al, or a .yml from refractiveindex.info
       phong:50                Phong's lobe of this exponent
       ggx:0.3                 glTF's material of this perceptual roughness, with --metallic
+      gltf                    the materials that MESH brings, each part its own; textures by their mean
       table:satin.npz         any isotropic BRDF, measured or computed (docs/brdf_table.md), as three lobes
 
     \b
@@ -84,7 +85,7 @@ def shade(
     from reflet.files.png import write_png
     from reflet.reflectance.material_maps import EnvironmentMaps
     from reflet.report.measures import picture_srgb
-    from reflet.shade import frame_mesh, load_mesh, surface_material, turn_about_vertical
+    from reflet.shade import OWN, frame_mesh, load_mesh, surface_material, turn_about_vertical
     from reflet.shade import shade as draw
     from reflet.sketch import map_material, on_paper, shows_map, sketch
 
@@ -107,7 +108,7 @@ def shade(
     picture = draw(
         mesh,
         EnvironmentMaps(read_env_image(environment, kind)),
-        surface_material(material, albedo, specular, metallic),
+        material if material == OWN else surface_material(material, albedo, specular, metallic),
         azimuth_deg=azimuth,
         elevation_deg=elevation,
         distance=distance,

@@ -85,9 +85,12 @@ class MaterialPrograms:
         material: DeviceMaterial,
         mesh: DeviceMesh,
         instance: int = 0,
+        double_sided: bool = False,
     ) -> None:
-        """Draws a mesh; its first two bind groups are set."""
+        """Draws a mesh; its first two bind groups are set. Backs are black where it is not double-sided."""
         constants = _map_constants(env_map)
+        if double_sided:
+            constants |= {"DOUBLE_SIDED": 1}
         if material.diffuse_map is not None:
             constants |= {"DIFFUSES": 1, "DIFFUSE_KIND": material.diffuse_map.kind}
         if material.lookup is not None:

@@ -20,6 +20,9 @@ fn vertex_material(in: Vertex, @builtin(instance_index) instance: u32) -> Shaded
   return Shaded(view.clip_from_world * vec4f(world.position, 1.0), world.position, world.normal);
 }
 
+// Whether backs are seen.
+override DOUBLE_SIDED: bool = false;
+
 // The unit view ray, and the unit normals of surface and triangle on the side that it comes from.
 struct Met {
   ray: vec3f,
@@ -58,7 +61,7 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
       incident = map_radiance(d, d + footprint, d);
     }
   }
-  return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front), 1.0);
+  return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front || DOUBLE_SIDED), 1.0);
 }
 
 // A material given by its lobes. A normal that is interpolated away from the viewer is turned back until it grazes.
@@ -66,7 +69,7 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
 fn material_lobes(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
   let at = met(in);
   let n = normalize(at.n - max(dot(at.n, at.ray) + GRAZING, 0.0) * at.ray);
-  return vec4f(select(vec3f(0.0), reflected_by_lobes(n, -at.ray), front), 1.0);
+  return vec4f(select(vec3f(0.0), reflected_by_lobes(n, -at.ray), front || DOUBLE_SIDED), 1.0);
 }
 
 @vertex

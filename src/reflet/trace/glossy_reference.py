@@ -11,7 +11,7 @@ from reflet.scene.material import EnvironmentLight
 from reflet.trace.path_reference import environment_emitter, sensor
 from reflet.trace.variant import use_variant
 
-LANES = 1 << 20  # samples of a pass
+LANES = 1 << 18  # samples of a pass: they bound its memory
 
 
 class GlossySphere:
@@ -28,10 +28,7 @@ class GlossySphere:
     def picture(
         self, camera: Camera, alpha: float, *, spp: int, seed: int = 0
     ) -> Float32[np.ndarray, "height width 3"]:
-        """Linear radiance with at least ``spp`` samples a pixel and box filter; behind the sphere all is black.
-
-        Drawn in passes of a million samples, which take about a gigabyte.
-        """
+        """Linear radiance with at least ``spp`` samples a pixel and box filter; behind the sphere all is black."""
         metal = {"type": "roughconductor", "distribution": "ggx", "alpha": alpha, "material": "none"}
         scene = mi.load_dict(
             {"type": "scene", "sphere": {"type": "sphere", "bsdf": metal}, "environment": self._environment}
