@@ -131,11 +131,10 @@ def test_frames_equal_the_renderers(seen, folder, drawn, name):
 
 
 @pytest.mark.parametrize(("name", "least"), [
-    ("mirror", 60.0),  # the hardware's filter against eight loads: the same but for rounding
-    ("coated", 50.0),  # a diffuse map in half float
-    ("conductor", 60.0),
-    ("phong", 30.0), ("phong-sharper", 30.0), ("phong-by-keys", 30.0),  # the error of the paper's hardware method
-    ("ggx", 35.0), ("ggx-smoother", 33.0),  # of 37 taps, and of levels at half the distance
+    ("mirror", 80.0),  # the hardware's filter against eight loads: the same but for its rounding; measured 96
+    ("coated", 80.0), ("conductor", 80.0),
+    ("phong", 34.0), ("phong-sharper", 34.0), ("phong-by-keys", 34.0),  # the paper's hardware method has 36 to 40
+    ("ggx", 40.0), ("ggx-smoother", 40.0), ("ggx-in-turned-light", 40.0),  # taps, and fewer levels, have 43
 ])  # fmt: skip
 def test_frames_are_close_to_maps_filtered_by_the_cpu(seen, folder, drawn, name, least):
     assert display_psnr(frame(folder, name), drawn[f"{name}-cpu"]) > least
@@ -145,7 +144,7 @@ def test_all_samples_make_the_renderers_antialiased_picture(seen, folder, drawn)
     """16 samples each: at other places in the pixel, so that edges differ by some shades."""
     shown = drawn["all-samples"]
     antialiased = display_psnr(frame(folder, "all-samples"), shown)
-    assert antialiased > 32.0
+    assert antialiased > 38.0  # measured 42; the one pass in motion has 35
     assert antialiased > display_psnr(frame(folder, "multisampled"), shown)
 
 

@@ -34,6 +34,8 @@ export interface Camera {
   readonly fovDeg: number;
   readonly width: number;
   readonly height: number;
+  /** Pixels by which the target stands to the left of the picture's middle. */
+  readonly shift?: number;
 }
 
 export const pointOf = (orbit: Orbit): ViewPoint => ({
@@ -82,7 +84,10 @@ export function rayBasis(camera: Camera): RayBasis {
   const half = Math.tan((camera.fovDeg * Math.PI) / 180 / 2);
   const dx = scale(right, (2 * half) / camera.height);
   const dy = scale(up, (-2 * half) / camera.height);
-  const corner = subtract(subtract(forward, scale(dx, camera.width / 2)), scale(dy, camera.height / 2));
+  const corner = subtract(
+    subtract(forward, scale(dx, camera.width / 2 - (camera.shift ?? 0))),
+    scale(dy, camera.height / 2),
+  );
   return { corner, dx, dy };
 }
 
@@ -106,6 +111,9 @@ export function clipFromWorld(camera: Camera): number[] {
   const x = (y * camera.height) / camera.width;
   const near = NEAR_SHARE * length(subtract(camera.target, camera.position));
   const row = (axis: Vec3, k: number) => [...scale(axis, k), -k * dot(axis, camera.position)];
-  const rows = [row(right, x), row(up, y), [0, 0, 0, near], row(forward, 1)];
+  const depth = row(forward, 1);
+  const shift = (2 * (camera.shift ?? 0)) / camera.width;
+  const across = row(right, x).map((value, k) => value - shift * (depth[k] as number));
+  const rows = [across, row(up, y), [0, 0, 0, near], depth];
   return [0, 1, 2, 3].flatMap((column) => rows.map((r) => r[column] as number));
 }

@@ -126,7 +126,7 @@ export abstract class Player {
     const full = this.fullSize();
     const width = Math.ceil(full.width / this.coarseness);
     const height = Math.ceil(full.height / this.coarseness);
-    if (!this.drawMultisampled(this.camera(width, height))) return false;
+    if (!this.drawMultisampled(this.shownCamera(width, height))) return false;
     this.sum.display(this.screen(width, height), this.tone);
     this.listener.shown();
     return true;
@@ -166,6 +166,12 @@ export abstract class Player {
     return cameraAt(this.orbit, this.point, width, height);
   }
 
+  /** The camera of what is on the screen: the target stands in the middle of what nothing covers, if that is most of it. */
+  private shownCamera(width: number, height: number): Camera {
+    const share = this.covered / this.canvas.clientWidth;
+    return { ...this.camera(width, height), shift: share < 0.5 ? (share * width) / 2 : 0 };
+  }
+
   private wake(): void {
     if (this.awake) return;
     this.awake = true;
@@ -192,7 +198,7 @@ export abstract class Player {
   /** Adds one sub-sample of the pattern; shown as soon as there are as many as in motion. */
   private refine(): void {
     const { width, height } = this.fullSize();
-    this.drawNextSample(this.camera(width, height), this.sampleCount, this.samplesAtRest === 0);
+    this.drawNextSample(this.shownCamera(width, height), this.sampleCount, this.samplesAtRest === 0);
     this.samplesAtRest += 1;
     if (this.samplesAtRest >= Math.min(MULTISAMPLES, this.sampleCount)) {
       this.sum.display(this.screen(width, height), this.tone);
