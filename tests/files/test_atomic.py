@@ -4,7 +4,7 @@ import os
 import pytest
 
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_path, atomic_write
+from reflet.files.atomic import atomic_path, atomic_write, check_writable
 
 
 def test_writes_the_bytes_into_a_new_folder_and_leaves_nothing_else(tmp_path):
@@ -57,3 +57,14 @@ def test_a_folder_that_may_not_be_written_to_is_refused(tmp_path):
             atomic_write(tmp_path / "a", b"x")
     finally:
         tmp_path.chmod(0o700)
+
+
+def test_what_cannot_be_written_is_known_beforehand(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(RefletError, match="folder"):
+        check_writable(tmp_path / "file" / "a.ktx2")
+    (tmp_path / "a.ktx2").write_text("old")
+    check_writable(tmp_path / "a.ktx2")
+    check_writable(tmp_path / "new" / "b.ktx2")
+    assert (tmp_path / "a.ktx2").read_text() == "old"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.ktx2", "file", "new"]

@@ -10,7 +10,11 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.envmap.spherical_harmonics import radiance_from_harmonics
 from reflet.files.hdr import read_hdr
-from reflet.reflectance.irradiance_sh import diffuse_map_from_harmonics, irradiance_harmonics
+from reflet.reflectance.irradiance_sh import (
+    diffuse_map_from_harmonics,
+    irradiance_harmonics,
+    polynomial_coefficients,
+)
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.prefilter import prefiltered
 
@@ -42,6 +46,16 @@ def test_a_sun_in_a_black_sky() -> None:
     assert np.abs(irradiance - np.maximum(cosine, 0.0)).max() == pytest.approx(3.0 / 32.0, abs=1e-3)
     assert irradiance.min() == pytest.approx(-19.0 / 480.0, abs=1e-3)
     assert diffuse_map_from_harmonics(irradiance_harmonics(image), CUBE, 8).texels.min() == 0.0
+
+
+def test_polynomials_for_shaders() -> None:
+    coefficients = np.random.default_rng(0).normal(size=(9, 3))
+    normal = CUBE.texel_directions(4)[0]
+    x, y, z = np.moveaxis(normal, -1, 0)
+    one = np.ones_like(x)
+    terms = np.stack([one, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y], -1)
+    by_polynomials = terms @ polynomial_coefficients(coefficients)
+    np.testing.assert_allclose(by_polynomials, radiance_from_harmonics(coefficients, normal), atol=1e-12)
 
 
 @pytest.mark.skipif(not HDR.is_dir(), reason="no shared data")
