@@ -114,8 +114,8 @@ def view_cosines(count: int) -> Float[np.ndarray, "count"]:
 def fit_lobes(brdf: Brdf, kinds: tuple[str, ...] = KINDS, angles: int = 16) -> Lobes:
     """The BRDF as lobes of these kinds (of `KINDS`), for ``angles`` view angles (`view_cosines`).
 
-    Implements [Heidrich00, sec. 3.2.3], after [KautzMcCool00], with one lobe ("glossy",) or several. Raises RefletError for kinds unknown or
-    none, for fewer than two angles, and for BRDFs that are negative or not finite.
+    Implements [Heidrich00, sec. 3.2.3], after [KautzMcCool00], with one lobe ("glossy",) or several. Raises RefletError
+    for kinds unknown or none, for fewer than two angles, and for BRDFs that are negative or not finite.
     """
     if not kinds or not set(kinds) <= set(KINDS) or len(set(kinds)) < len(kinds):
         raise RefletError(f"Lobes are one or more of {', '.join(KINDS)}, each once, not {', '.join(kinds) or 'none'}.")
