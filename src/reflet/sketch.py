@@ -19,6 +19,7 @@ from reflet.scene.camera import Camera
 from reflet.scene.mesh import Mesh
 
 LEVEL = "{level}"
+_LARGEST = 1024  # rows: drawn in half a minute at most
 _TEXTURES = (".ktx2", ".ktx", ".dds")
 
 
@@ -55,12 +56,20 @@ def shows_map(material: str) -> bool:
     return is_drawing(material) or material.partition(":")[0] == "map"
 
 
+def drawing_size(image_size: int) -> int:
+    """Rows that a drawing needs for pictures of so many pixels: strokes deep within large shapes ask for most."""
+    return min(max(SIZE, 1 << max((image_size - 1).bit_length() - 1, 0)), _LARGEST)
+
+
 def map_material(
-    material: str, source: str | Path | None = None, source_is: Parameterization | None = None
+    material: str,
+    source: str | Path | None = None,
+    source_is: Parameterization | None = None,
+    size: int = SIZE,
 ) -> tuple[tuple[EnvImage, ...], Lookup]:
     """The map of a material that `shows_map`, with its mip levels, and how it is looked up.
 
-    ``source_is`` is the parameterization of the file ``source`` where that does not tell. Levels that it lacks are
+    Drawings have ``size`` rows. ``source_is`` is the parameterization of the file ``source`` where that does not tell. Levels that it lacks are
     filtered. Raises RefletError where a drawing has a file, or a map none.
     """
     if is_drawing(material):
@@ -69,7 +78,7 @@ def map_material(
                 f"The drawing {material} needs no environment, and {source} came; leave it out, or show that map by "
                 "map:view-normal."
             )
-        return sketch_levels(material), Lookup.VIEW_NORMAL
+        return sketch_levels(material, size=size), Lookup.VIEW_NORMAL
     lookup = lookup_named(material.partition(":")[2])
     if source is None:
         raise RefletError(f"The material {material} shows a map, and none came; give its file after the mesh.")

@@ -10,7 +10,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
 from reflet.envmap.texture_filter import sample
 from reflet.errors import RefletError
-from reflet.npr.drawing import Drawing, Overprint, ball_at, drawn_levels, texels_per_radian
+from reflet.npr.drawing import Drawing, Overprint, ball_at, drawn_levels
 from reflet.npr.drawings import DRAWINGS, drawing
 from reflet.npr.gooch import Gooch
 from reflet.npr.hatching import Hatching
@@ -142,21 +142,6 @@ def test_chance_is_even_and_fixed() -> None:
     assert abs(np.corrcoef(numbers[1:], numbers[:-1])[0, 1]) < 0.016  # 5/√n
     np.testing.assert_array_equal(chance(1, 7, 5), chance(1, np.array([7]), 5)[0])
     assert len({float(chance(seed, 7)) for seed in range(100)}) == 100
-
-
-@EVERY
-def test_turns_are_counted_as_the_lod_counts_them(kind: str) -> None:
-    """Of all but the cube that is the root of the sampling rate; on a cube's face the speed of (s, t)."""
-    to = parameterization(kind)
-    normal, _ = to.texel_directions(8)
-    counted = texels_per_radian(to, normal)
-    if kind != "cube":
-        rate = np.sqrt(to.sampling_rate(normal))
-        fine = rate < 100.0  # at lat-long's poles there is no bound
-        np.testing.assert_allclose(counted[fine], rate[fine], rtol=1e-6)  # the chord of 1e-3 radians
-        return
-    # amid the face of +x, turning towards +z moves along it by half a face a unit
-    np.testing.assert_allclose(texels_per_radian(to, np.array([[1.0, 0.0, 0.0]])), 0.5, rtol=1e-6)
 
 
 @EVERY

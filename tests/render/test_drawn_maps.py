@@ -9,7 +9,7 @@ from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations import parameterization
-from reflet.npr.drawing import drawn_levels, texels_per_radian
+from reflet.npr.drawing import drawn_levels
 from reflet.npr.silhouette import Silhouette
 from reflet.reflectance.map_material import Lookup
 from reflet.render.env_map_renderer import view_frame
@@ -70,7 +70,7 @@ def blended(radius: float) -> float:
     cosine = 1.0 - depth / radius
     normal = np.stack([cosine, 0.0 * cosine, np.sqrt(1.0 - cosine**2)], -1)
     turn = 1.0 / (radius * normal[:, 2])
-    texel = 1.0 / (SIZE * texels_per_radian(DualParaboloid(), normal))
+    texel = 1.0 / (SIZE * np.sqrt(DualParaboloid().sampling_rate(normal)))
     lod = np.clip(np.log2(turn / texel), 0.0, np.log2(SIZE))
     ink = np.zeros(len(depth))
     for level in range(SIZE.bit_length()):

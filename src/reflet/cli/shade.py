@@ -87,14 +87,14 @@ def shade(
     from reflet.report.measures import picture_srgb
     from reflet.shade import OWN, frame_mesh, load_mesh, surface_material, turn_about_vertical
     from reflet.shade import shade as draw
-    from reflet.sketch import map_material, on_paper, shows_map, sketch
+    from reflet.sketch import drawing_size, map_material, on_paper, shows_map, sketch
 
     suffix = output.suffix.lower()
     if suffix not in (".png", ".exr"):
         raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
     kind = parameterization(source_is) if source_is else None
     if shows_map(material):
-        levels, lookup = map_material(material, environment, kind)
+        levels, lookup = map_material(material, environment, kind, drawing_size(size))
         shape = load_mesh(mesh)
         orbit = frame_mesh(shape, azimuth_deg=azimuth, elevation_deg=elevation, distance=distance, image_size=size)
         drawn = sketch(shape, levels, orbit.camera(), lookup, int(samples), turn_about_vertical(turn))

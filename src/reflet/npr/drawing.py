@@ -1,9 +1,10 @@
 """Maps drawn by hand, and what each of their mip levels must hold [Heidrich00, sec. 4].
 
 A map is looked up by the normal n as the viewer sees it, +z towards the eye. On level l a texel is as wide as the step
-g, in radians, that n takes over a pixel where that level is read: the LOD rule says so. A filtered level would hold
-lines of fixed width in *texels of the finest level*; a drawn one may hold whatever looks right at a pixel of g. That is
-all a level has to know, for g tells how large the thing is in the picture.
+g, in radians, that n takes over a pixel where that level is read: the LOD rule says so. (A cube's counts texels along
+the face; around the contour the two differ by 2^(1/4) at most.) A filtered level would hold lines of fixed width in
+*texels of the finest level*; a drawn one may hold whatever looks right at a pixel of g. That is all a level has to
+know, for g tells how large the thing is in the picture.
 
 Take a ball with a radius of R pixels. At the angle a over the contour, sin a = n.z, one pixel across the picture is
 1/sin a pixels along the surface, seen so obliquely, and n turns by
@@ -29,15 +30,11 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterization import Directions, Parameterization
 
 Pixel = Float[np.ndarray, "*batch"]
 Color = Float[np.ndarray, "*batch 3"]
-
-_STEP = 1e-3  # radians: small enough to be a differential, large enough to move a texel of the finest map there is
-_FINEST = MipChain(8192).size
 
 
 class Drawing(ABC):
@@ -62,30 +59,15 @@ class Overprint(Drawing):
 def drawn_levels(drawing: Drawing, parameterization: Parameterization, size: int) -> tuple[EnvImage, ...]:
     """The drawing as a map by the viewer's normal, with each mip level drawn for itself, finest first; float32.
 
-    ``size`` is a power of two; RefletError says so where it is not. 0.4 kB a texel of the finest level are in use
+    ``size`` is a power of two; RefletError says so where it is not. 0.2 kB a texel of the finest level are in use
     meanwhile.
     """
     levels = []
     for rows in MipChain(size, parameterization).level_sizes:
         normal, _ = parameterization.texel_directions(rows)
-        pixel = 1.0 / (rows * texels_per_radian(parameterization, normal))
+        pixel = 1.0 / (rows * np.sqrt(parameterization.sampling_rate(normal)))
         levels.append(EnvImage(parameterization, drawing.colors(normal, pixel).astype(np.float32)))
     return tuple(levels)
-
-
-def texels_per_radian(parameterization: Parameterization, normal: Directions) -> Pixel:
-    """Texels, in a map of size 1, that the LOD rule counts for normals that turn towards the viewer.
-
-    Across a contour that is how they turn. Asked of `lod_from_neighbours` itself, in the largest map there is.
-    """
-    flat = normal.reshape(-1, 3)
-    sine, ring = flat[:, 2:], np.hypot(flat[:, :1], flat[:, 1:2])
-    # (x, y)/ring·(-sin a) and cos a; of the axis itself all ways are alike.
-    outward = np.divide(flat[:, :2], ring, out=np.tile([1.0, 0.0], (len(flat), 1)), where=ring > 0.0)
-    towards = np.concatenate([-sine * outward, ring], 1)
-    neighbour = np.cos(_STEP) * flat + np.sin(_STEP) * towards
-    lod = lod_from_neighbours(MipChain(_FINEST, parameterization), np.stack([flat, neighbour, flat]), 0.0)
-    return (np.exp2(lod) / (_STEP * _FINEST)).reshape(normal.shape[:-1])
 
 
 @dataclass(frozen=True)
