@@ -69,8 +69,8 @@ def map_material(
 ) -> tuple[tuple[EnvImage, ...], Lookup]:
     """The map of a material that `shows_map`, with its mip levels, and how it is looked up.
 
-    Drawings have ``size`` rows. ``source_is`` is the parameterization of the file ``source`` where that does not tell. Levels that it lacks are
-    filtered. Raises RefletError where a drawing has a file, or a map none.
+    Drawings have ``size`` rows. ``source_is`` is the parameterization of the file ``source`` where that does not tell.
+    Levels that it lacks are filtered. Raises RefletError where a drawing has a file, or a map none.
     """
     if is_drawing(material):
         if source is not None:
