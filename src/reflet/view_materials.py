@@ -47,6 +47,8 @@ def write_materials_view(
             levels, lookup = map_material(name, environment if of_file else None, source_is)
             maps[name] = NamedMap(_whole(levels), lookup)
             shown.append(name)
+        elif name == "gltf":
+            raise RefletError("The web viewer gives all of a mesh one material, not gltf; reflet shade draws those.")
         elif environment is None:
             raise RefletError(
                 f"The material {name} is lit by an environment, and none came; name a file after the mesh."

@@ -76,4 +76,5 @@ def test_what_cannot_be_shown_is_one_sentence(
     assert "needs an environment map" in refused(capsys, "view", "sphere")
     assert "lit by an environment" in refused(capsys, "view", "sphere", "--material", "mirror")
     assert "plastic" in refused(capsys, "view", "sphere", environment, "--material", "plastic")
+    assert "one material" in refused(capsys, "view", "sphere", environment, "--material", "gltf")
     assert "chair.stl" in refused(capsys, "view", tmp_path / "chair.stl", environment)

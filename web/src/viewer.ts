@@ -122,8 +122,10 @@ export class RefletViewer extends HTMLElement {
       };
       const [pem, shaded] = await Promise.all([readPem(scene), readShadedScene(scene)]);
       if (pem) this.player = await Playback.create(this.canvas, device, pem, listener);
-      else if (shaded) this.player = await Shading.create(this.canvas, device, shaded, listener);
-      else throw new Error(`${src} is a plain glTF file, with nothing in it that this viewer knows to show.`);
+      else if (shaded) {
+        this.player = await Shading.create(this.canvas, device, shaded, listener);
+        this.canvas.ariaLabel += " Square brackets turn the light.";
+      } else throw new Error(`${src} is a plain glTF file, with nothing in it that this viewer knows to show.`);
       this.buildPage(this.player);
       this.resolveReady();
     } catch (error) {
