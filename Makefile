@@ -38,6 +38,18 @@ figures: .venv/.ready .venv/.browser $(VIEWER)
 	$(PY) examples/nonphotorealistic.py out/figures/drawings
 	cp out/figures/drawings/drawings.png docs/nonphotorealistic.png
 	cp out/figures/drawings/levels.png docs/drawn_levels.png
+	$(PY) examples/any_brdf.py out/figures/any_brdf
+	cp out/figures/any_brdf/any_brdf.png docs/any_brdf.png
+	$(PY) examples/prefilter_levels.py docs/prefilter.png
+	$(PY) examples/fresnel.py out/figures/fresnel
+	cp out/figures/fresnel/fresnel.png out/figures/fresnel/schlick.png docs/
+	$(PY) examples/prefiltered_maps.py out/figures/prefiltered
+	cp out/figures/prefiltered/diffuse.png docs/diffuse_map.png
+	cp out/figures/prefiltered/glossy.png docs/glossy_map.png
+	$(PY) examples/glossy_every_frame.py out/figures/glossy
+	cp out/figures/glossy/glossy.png docs/glossy_every_frame.png
+	$(PY) benchmarks/glossy_sphere.py --out out/figures/sphere
+	cp out/figures/sphere/glossy_sphere.png docs/glossy_sphere.png
 
 web: $(VIEWER)
 
