@@ -3,18 +3,27 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_reduction import mip_images
+from reflet.envmap.octahedral import Octahedral
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image
+from reflet.progress import ProgressCallback, silent
+from reflet.reflectance.brdf_map import BrdfMap3d, brdf_map_3d, rows_for
 from reflet.reflectance.material import Coated, Rgb, SurfaceMaterial
+from reflet.reflectance.measured_material import Measured
 from reflet.scene.mesh import Mesh
 from reflet.shade import frame_mesh, load_mesh, surface_material
 from reflet.sketch import map_material, shows_map
 from reflet.view.shaded_scene import NamedMap, write_shaded_scene
 
+_TABLE_ROWS = 128  # at most, of a measured BRDF's maps
+_WHITE = EnvImage(CUBE, np.ones((6, 1, 1, 3), np.float32))  # the light where the environment's file is a drawing
 RED_PAINT = Coated(1.5, (0.5, 0.02, 0.02))  # what the viewer opens with where nothing is chosen: it shows both lookups
 
 
@@ -31,16 +40,19 @@ def write_materials_view(
     azimuth_deg: float | None = None,
     elevation_deg: float | None = None,
     distance: float | None = None,
+    progress: ProgressCallback = silent,
 ) -> None:
     """Write what the web viewer shows of a mesh in an environment into ``folder``.
 
     ``mesh`` is what `reflet.shade.load_mesh` takes, or one itself; ``materials`` are names as of `reflet shade`, the
     first of them what the viewer opens with. Drawings need no environment; ``map:LOOKUP`` shows the environment's file
-    itself. ``source_is`` is that file's parameterization where it does not tell. Raises RefletError for what is
-    unknown, and where lit materials have no environment.
+    itself. ``source_is`` is that file's parameterization where it does not tell. ``progress`` hears of the maps that
+    BRDF tables take, some tenths of a second each. Raises RefletError for what is unknown, and where lit materials have
+    no environment.
     """
     shown: list[SurfaceMaterial | str] = []
     maps: dict[str, NamedMap] = {}
+    measured: dict[str, Measured] = {}
     for name in materials:
         if shows_map(name):
             of_file = name.startswith("map:")
@@ -54,16 +66,40 @@ def write_materials_view(
                 f"The material {name} is lit by an environment, and none came; name a file after the mesh."
             )
         else:
-            shown.append(surface_material(name, albedo, specular, metallic))
+            material = surface_material(name, albedo, specular, metallic)
+            if isinstance(material, Measured):
+                file = Path(name.partition(":")[2]).name
+                if file in measured:
+                    raise RefletError(
+                        f"The viewer tells BRDF tables by their files' names; two are {file}: rename one."
+                    )
+                measured[file] = material
+                shown.append(file)
+            else:
+                shown.append(material)
     shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
     lit = environment is not None and not any(name.startswith("map:") for name in materials)
+    image = read_env_image(environment, source_is) if lit and environment is not None else None
     write_shaded_scene(
         folder,
         shape,
-        read_env_image(environment, source_is) if lit and environment is not None else None,
+        image,
         frame_mesh(shape, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, distance=distance),
         shown or [RED_PAINT],
         maps=maps,
+        tables={name: _filtered(image or _WHITE, material, name, progress) for name, material in measured.items()},
+    )
+
+
+def _filtered(image: EnvImage, material: Measured, name: str, progress: ProgressCallback) -> BrdfMap3d:
+    """The maps of a table's lobes, as large as `reflet.reflectance.material_maps.EnvironmentMaps` makes them."""
+    to = Octahedral()
+    return brdf_map_3d(
+        EnvImage(image.parameterization, image.texels[..., :3]),
+        material.lobes,
+        to,
+        rows_for(material.lobes, to, _TABLE_ROWS),
+        lambda done, total: progress(f"filter {name}", done, total),
     )
 
 

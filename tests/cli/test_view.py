@@ -10,6 +10,9 @@ from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.latlong import LatLong
 from reflet.files.env_image_file import write_env_image
+from reflet.files.measured_brdf_file import write_measured_brdf
+from reflet.reflectance.lambert import Lambert
+from reflet.reflectance.measured_brdf import tabulate
 from reflet.view import static_files
 
 
@@ -70,11 +73,34 @@ def test_a_map_shown_as_it_is(environment: Path, tmp_path: Path) -> None:
     assert (item["lookup"], item["parameterization"], item["size"]) == ("normal", "latlong", 16)
 
 
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    """A white paper's BRDF."""
+    path = tmp_path / "paper.npz"
+    write_measured_brdf(path, tabulate(Lambert(), 4, 5))
+    return path
+
+
+def test_a_table_is_filtered_into_layers_by_view_angle(environment: Path, table: Path, tmp_path: Path) -> None:
+    assert reflet("view", "sphere", environment, "--material", f"table:{table}", "--export", tmp_path / "site") == 0
+    written = extension(tmp_path / "site")
+    assert written["materials"] == [{"kind": "table", "table": "paper.npz"}]
+    (item,) = written["tables"]
+    assert (item["slices"], item["lobes"]["shape"]) == (24, [3, 12, 4])  # glossy and retro lobes; and the diffuse one
+    assert str(tmp_path) not in (tmp_path / "site/scene/scene.gltf").read_text()  # a page tells nothing of this machine
+    # 8 bytes a texel of 24 octahedral maps, and a third more for mip levels.
+    texels = 24 * item["size"] ** 2 * 4 / 3
+    assert (tmp_path / "site/scene" / item["uri"]).stat().st_size == pytest.approx(8 * texels, rel=0.03, abs=1500)
+
+
 def test_what_cannot_be_shown_is_one_sentence(
-    capsys: pytest.CaptureFixture[str], environment: Path, tmp_path: Path
+    capsys: pytest.CaptureFixture[str], environment: Path, table: Path, tmp_path: Path
 ) -> None:
     assert "needs an environment map" in refused(capsys, "view", "sphere")
     assert "lit by an environment" in refused(capsys, "view", "sphere", "--material", "mirror")
     assert "plastic" in refused(capsys, "view", "sphere", environment, "--material", "plastic")
     assert "one material" in refused(capsys, "view", "sphere", environment, "--material", "gltf")
+    assert "needs its file" in refused(capsys, "view", "sphere", environment, "--material", "table:")
+    twice = ("--material", f"table:{table}") * 2
+    assert "two are paper.npz" in refused(capsys, "view", "sphere", environment, *twice)
     assert "chair.stl" in refused(capsys, "view", tmp_path / "chair.stl", environment)

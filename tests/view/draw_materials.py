@@ -14,8 +14,12 @@ import numpy as np
 
 from reflet.envmap.env_image import EnvImage
 from reflet.files.ktx2 import read_ktx2
+from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.reflectance import material as materials
+from reflet.reflectance.lobes import fit_lobes
 from reflet.reflectance.map_material import Lookup, MapMaterial
+from reflet.reflectance.material_maps import EnvironmentMaps
+from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
 from reflet.render.device import shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
@@ -23,6 +27,7 @@ from reflet.render.env_map_texture import upload_env_map
 from reflet.render.material_renderer import MaterialRenderer
 from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.probe_filter import ProbeFilter
+from reflet.render.still_environment import StillEnvironment
 from reflet.scene.gltf import read_gltf
 from reflet.scene.parameter_space import Orbit
 from reflet.shade import turn_about_vertical
@@ -38,10 +43,12 @@ CLASSES = {
 }
 
 
-def material_of(settings):
+def material_of(settings, folder):
     """The material that the viewer's settings describe; the order of their fields is that of the class."""
     fields = dict(settings["material"])
     kind = fields.pop("kind")
+    if kind == "table":
+        return Measured(fit_lobes(read_measured_brdf(folder / fields["table"]), angles=3))
     return CLASSES[kind](*(tuple(value) if isinstance(value, list) else value for value in fields.values()))
 
 
@@ -65,7 +72,8 @@ class Scene:
         self.ggx = ProbeFilter(self.device, self.extension["ggx"]["size"])
         self.phong = PhongParaboloidFilter(self.device, self.extension["phongSize"])
         finest = self.levels[0]
-        self.by_cpu = MaterialRenderer(self.mesh, EnvImage(finest.parameterization, finest.texels.astype(np.float32)))
+        maps = EnvironmentMaps(EnvImage(finest.parameterization, finest.texels.astype(np.float32)))
+        self.still, self.by_cpu = StillEnvironment(maps, self.device), MaterialRenderer(self.mesh, maps)
 
     def read(self, item):
         """A map's levels, in half float."""
@@ -82,7 +90,7 @@ class Scene:
             material = MapMaterial(Lookup[item["lookup"].upper()])
             drawn = self.picture(self.read(item), material, camera, backdrop=False, **common)
             return drawn, None
-        material = material_of(settings)
+        material = material_of(settings, self.folder)
         backdrop = self.environment if settings["backdrop"] else False
         by_cpu = self.by_cpu.picture(material, camera, backdrop=settings["backdrop"], **common)
         roughness = None
@@ -92,6 +100,8 @@ class Scene:
             shown = self.phong.refilter(encoder, self.environment, PhongKernel(material.phong_exponent))
         elif isinstance(material, materials.GlossyGgx):
             shown, roughness = self.ggx.refilter(encoder, self.environment), material.perceptual_roughness
+        elif isinstance(material, Measured):
+            shown = self.still.maps(material).reflected
         self.device.queue.submit([encoder.finish()])
         return self.picture(shown, material, camera, backdrop=backdrop, roughness=roughness, **common), by_cpu
 

@@ -15,11 +15,17 @@ from browser import draw, drive, need_built_viewer
 from reflet.envmap.cube import CUBE
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.octahedral import Octahedral
 from reflet.errors import RefletError
+from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.drawings import drawing
+from reflet.reflectance.brdf import FunctionBrdf
+from reflet.reflectance.brdf_map import brdf_map_3d, rows_for
+from reflet.reflectance.lobes import fit_lobes
 from reflet.reflectance.map_material import Lookup, MapMaterial
 from reflet.reflectance.material import Coated, Mirror
+from reflet.reflectance.measured_brdf import tabulate
 from reflet.reflectance.metals import METALS
 from reflet.scene.parameter_space import Orbit
 from reflet.scene.primitives import torus_mesh
@@ -38,13 +44,23 @@ MATERIALS = {
     "phong-sharper": {"kind": "phong", "exponent": 200.0, "specular": [0.6, 0.5, 0.4], "diffuse": [0.1, 0.2, 0.3]},
     "ggx": {"kind": "ggx", "baseColor": [0.9, 0.6, 0.2], "metallic": 1.0, "roughness": 0.6},
     "ggx-smoother": {"kind": "ggx", "baseColor": [0.9, 0.6, 0.2], "metallic": 0.5, "roughness": 0.2},
+    "table": {"kind": "table", "table": "paint.npz"},
     "by-normal": {"kind": "map", "map": "directions"},
     "drawn": {"kind": "map", "map": "gooch+silhouette"},
 }
 SETTINGS = {name: {"material": material} for name, material in MATERIALS.items()} | {
     "ggx-in-turned-light": {"material": MATERIALS["ggx"], "turn": 70}
 }
-FILTERED = ("phong", "phong-sharper", "ggx", "ggx-smoother", "ggx-in-turned-light", "phong-again", "phong-by-keys")
+FILTERED = (
+    "table",
+    "phong",
+    "phong-sharper",
+    "ggx",
+    "ggx-smoother",
+    "ggx-in-turned-light",
+    "phong-again",
+    "phong-by-keys",
+)
 BY_HAND = ("phong-again", "phong-by-keys", "copper", "alone", "turned")
 
 
@@ -65,16 +81,34 @@ def directions():
     return tuple(levels)
 
 
+def paint(cos_i, cos_o, cos_delta_phi):
+    """Red ground, a broad highlight, and a blue one back to the viewer."""
+    sines = np.sqrt((1.0 - cos_i**2) * (1.0 - cos_o**2))
+    mirrored, back = (np.maximum(cos_i * cos_o + side * sines * cos_delta_phi, 0.0) for side in (-1.0, 1.0))
+    white, blue = np.array([1.0, 1.0, 1.0]), np.array([0.2, 0.4, 1.0])
+    return 0.1 * np.array([1.0, 0.3, 0.2]) + (mirrored**20)[..., None] * white + (back**10)[..., None] * blue
+
+
+def measured(path):
+    """The environment, as its file holds it, filtered with the lobes of a table that is written to this path."""
+    write_measured_brdf(path, tabulate(FunctionBrdf(paint), 16, 31))
+    lobes = fit_lobes(read_measured_brdf(path), angles=3)
+    light = EnvImage(CUBE, environment().texels.astype(np.float16).astype(np.float32))
+    return brdf_map_3d(light, lobes, Octahedral(), rows_for(lobes, Octahedral(), 128))
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A torus in that environment, and two maps to show as they are."""
+    """A torus in that environment, a measured paint, and two maps to show as they are."""
     folder = tmp_path_factory.mktemp("shading")
     maps = {
         "directions": NamedMap(directions(), Lookup.NORMAL),
         "gooch+silhouette": NamedMap(drawn_levels(drawing("gooch+silhouette"), DualParaboloid(), 64)),
     }
     orbit = Orbit((0.0, 0.0, 0.0), -60.0, 30.0, 3.5)
-    write_shaded_scene(folder, torus_mesh(around=72, sides=36), environment(), orbit, [Coated(1.5)], maps=maps)
+    mesh = torus_mesh(around=72, sides=36)
+    tables = {"paint.npz": measured(folder / "paint.npz")}
+    write_shaded_scene(folder, mesh, environment(), orbit, [Coated(1.5)], maps=maps, tables=tables)
     return folder
 
 
@@ -120,7 +154,8 @@ def test_the_page_has_nothing_to_complain_of(seen):
 @pytest.mark.parametrize("name", ["home", *SETTINGS, *BY_HAND])
 def test_frames_equal_the_renderers(seen, folder, drawn, name):
     """Byte for byte, but where maps are filtered: weights and taps are reckoned in other languages' arithmetic, and a
-    sum that falls on the other side of a half float's rounding moves by 2⁻¹¹."""
+    sum that falls on the other side of a half float's rounding moves by 2⁻¹¹. The renderer holds the table's maps in
+    float32, so that every texel is off by so much, and a sum of positive ones at most by as much."""
     expected, found = drawn[name], frame(folder, name)
     if name in ("by-normal", "drawn"):  # on white paper
         expected = expected + (1.0 - expected[..., 3:]) * np.array([1.0, 1.0, 1.0, 0.0], np.float32)
@@ -134,6 +169,7 @@ def test_frames_equal_the_renderers(seen, folder, drawn, name):
     ("mirror", 80.0),  # the hardware's filter against eight loads: the same but for its rounding; measured 96
     ("coated", 80.0), ("conductor", 80.0),
     ("phong", 34.0), ("phong-sharper", 34.0), ("phong-by-keys", 34.0),  # the paper's hardware method has 36 to 40
+    ("table", 60.0),  # half floats, and a finer diffuse map
     ("ggx", 40.0), ("ggx-smoother", 40.0), ("ggx-in-turned-light", 40.0),  # taps, and fewer levels, have 43
 ])  # fmt: skip
 def test_frames_are_close_to_maps_filtered_by_the_cpu(seen, folder, drawn, name, least):

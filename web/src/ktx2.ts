@@ -3,8 +3,8 @@
 import { read, VK_FORMAT_R16G16B16A16_SFLOAT } from "ktx-parse";
 import { levelBytes, levelCount, type MapShape, PARAMETERIZATIONS } from "./parameterization";
 
-/** The mip levels of a map, finest first; each holds all its faces in half-float RGBA. */
-export function mapLevels(file: ArrayBuffer, shape: MapShape, name: string): Uint8Array[] {
+/** The mip levels of a map, or of `count` in a row, finest first; each holds all faces in half-float RGBA. */
+export function mapLevels(file: ArrayBuffer, shape: MapShape, name: string, count = 1): Uint8Array[] {
   let container: ReturnType<typeof read>;
   try {
     container = read(new Uint8Array(file));
@@ -17,10 +17,12 @@ export function mapLevels(file: ArrayBuffer, shape: MapShape, name: string): Uin
   if (vkFormat !== VK_FORMAT_R16G16B16A16_SFLOAT || supercompressionScheme !== 0) {
     throw new Error(`${name} is not a map of half-float texels.`);
   }
-  if (faceCount * Math.max(layerCount, 1) !== faces || pixelHeight !== size || pixelWidth !== aspect * size) {
-    throw new Error(`${name} is not a ${parameterization} map of ${size} rows, as scene.gltf says.`);
+  if (faceCount * Math.max(layerCount, 1) !== count * faces || pixelHeight !== size || pixelWidth !== aspect * size) {
+    throw new Error(
+      `${name} does not hold what scene.gltf says: ${count} of ${parameterization} maps of ${size} rows.`,
+    );
   }
-  const complete = levels.every((level, i) => level.levelData.byteLength === levelBytes(shape, i));
+  const complete = levels.every((level, i) => level.levelData.byteLength === count * levelBytes(shape, i));
   if (levels.length !== levelCount(shape) || !complete) {
     throw new Error(`${name} does not hold all its mip levels.`);
   }

@@ -51,10 +51,11 @@ export const FIELDS: Record<Kind, readonly Field[]> = {
   phong: [EXPONENT, colour("specular", "Highlights"), colour("diffuse", "Diffuse")],
   ggx: [share("roughness", "Roughness"), share("metallic", "Metallic"), colour("baseColor", "Colour")],
   map: [],
+  table: [],
 };
 
 /** What the chooser calls the kinds. */
-export const KIND_NAMES: Record<Exclude<Kind, "map">, string> = {
+export const KIND_NAMES: Record<Exclude<Kind, "map" | "table">, string> = {
   mirror: "mirror",
   dielectric: "dielectric",
   dielectric_over_diffuse: "dielectric + diffuse",
@@ -67,8 +68,8 @@ export const KIND_NAMES: Record<Exclude<Kind, "map">, string> = {
 const WHITE: Vec3 = [1, 1, 1];
 const RED: Vec3 = [0.5, 0.02, 0.02];
 
-/** A material of each kind to begin with, by what the chooser calls it: "map:" and the name for maps. */
-export function firstMaterials({ metals, maps, materials: chosen }: ShadedScene): Map<string, Shown> {
+/** A material of each kind to begin with, by what the chooser calls it: with the name for maps and tables. */
+export function firstMaterials({ metals, maps, tables, materials: chosen }: ShadedScene): Map<string, Shown> {
   const materials: Shown[] = [
     { kind: "mirror", reflectance: WHITE },
     { kind: "dielectric", index: 1.5 },
@@ -78,11 +79,15 @@ export function firstMaterials({ metals, maps, materials: chosen }: ShadedScene)
     { kind: "phong", exponent: 50, specular: [0.5, 0.5, 0.5], diffuse: [0.25, 0.01, 0.01] },
     { kind: "ggx", baseColor: WHITE, metallic: 1, roughness: 0.3 },
     ...maps.map(({ name }) => ({ kind: "map" as const, map: name })),
+    ...tables.map(({ name }) => ({ kind: "table" as const, table: name })),
     ...[...chosen].reverse(),
   ];
   return new Map(materials.map((each) => [choiceOf(each), each]));
 }
 
-export const choiceOf = (material: Shown): string => (material.kind === "map" ? `map:${material.map}` : material.kind);
+export function choiceOf(material: Shown): string {
+  if (material.kind === "map") return `map:${material.map}`;
+  return material.kind === "table" ? `table:${material.table}` : material.kind;
+}
 
 export const index = ({ n, k }: Metal) => ({ n, k });

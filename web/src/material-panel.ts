@@ -25,6 +25,7 @@ const fieldMarkup = (field: Field, scene: ShadedScene): string => {
 const template = (scene: ShadedScene): string => `
   ${chooser("kind", "Material", [
     ...Object.entries(KIND_NAMES),
+    ...scene.tables.map(({ name }) => [`table:${name}`, name] as const),
     ...scene.maps.map(({ name }) => [`map:${name}`, words(name)] as const),
   ])}
   <div class="fields"></div>

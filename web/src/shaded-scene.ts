@@ -23,6 +23,20 @@ export interface NamedMap extends LoadedMap {
   readonly lookup: LookupDirection;
 }
 
+/** A small table of shaders: so many values an entry as fit, of at most four. */
+export interface Table {
+  readonly rows: number;
+  readonly columns: number;
+  readonly values: Float32Array;
+}
+
+/** A measured BRDF as the maps of its lobes (lobes.wgsl): slices one after the other, in one file. */
+export interface BrdfMap extends LoadedMap {
+  readonly name: string;
+  readonly slices: number;
+  readonly lobes: Table;
+}
+
 /** A metal's complex index of refraction n - ik. */
 export interface Metal {
   readonly name: string;
@@ -30,8 +44,11 @@ export interface Metal {
   readonly k: Vec3;
 }
 
-/** A material as the viewer opens with it: one of the kinds, or a map by name. */
-export type Shown = Material | { readonly kind: "map"; readonly map: string };
+/** A material as the viewer opens with it: one of the kinds, or a map or a BRDF's table by name. */
+export type Shown =
+  | Material
+  | { readonly kind: "map"; readonly map: string }
+  | { readonly kind: "table"; readonly table: string };
 
 export interface ShadedScene {
   readonly parts: readonly Part[];
@@ -39,12 +56,13 @@ export interface ShadedScene {
   readonly environment: LoadedMap; // a cube
   readonly diffuse: LoadedMap;
   /** What GGX's weights and lobe follow from (material.wgsl): rows by perceptual_roughness, columns by n·v. */
-  readonly dfg: { readonly rows: number; readonly columns: number; readonly values: Float32Array };
+  readonly dfg: Table;
   /** Lobes that levels 1 to the last but one of the GGX cube are filtered with, and the rows of its level 0. */
   readonly ggx: { readonly lobes: readonly LobeTaps[]; readonly size: number };
   readonly phongSize: number;
   readonly metals: readonly Metal[];
   readonly maps: readonly NamedMap[];
+  readonly tables: readonly BrdfMap[];
   /** The first of their kinds; the viewer opens with the first of all. */
   readonly materials: readonly [Shown, ...Shown[]];
 }
@@ -65,6 +83,7 @@ interface Extension {
   phongSize: number;
   metals: Metal[];
   maps: (MapDescription & { name: string; lookup: string })[];
+  tables: (MapDescription & { name: string; slices: number; lobes: ArrayDescription })[];
   materials: [Shown, ...Shown[]];
 }
 
@@ -73,18 +92,22 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const map = async ({ uri, parameterization, size }: MapDescription): Promise<LoadedMap> => {
+  const map = async ({ uri, parameterization, size }: MapDescription, count = 1): Promise<LoadedMap> => {
     if (!isParameterization(parameterization)) {
       throw new Error(`${uri} is a ${parameterization} map, which this viewer does not know.`);
     }
     const file = await (await fetchFile(files.resolve(uri))).arrayBuffer();
-    return { parameterization, size, levels: mapLevels(file, { parameterization, size }, uri) };
+    return { parameterization, size, levels: mapLevels(file, { parameterization, size }, uri, count) };
   };
-  const [parts, environment, diffuse, dfg, lobes, maps] = await Promise.all([
+  const table = async (array: ArrayDescription): Promise<Table> => {
+    const [rows, columns] = array.shape as [number, number];
+    return { rows, columns, values: await files.array(Float32Array, array) };
+  };
+  const [parts, environment, diffuse, dfg, lobes, maps, tables] = await Promise.all([
     readParts(scene, new Set([0])),
     map(extension.environment),
     map(extension.diffuse),
-    files.array(Float32Array, extension.dfg),
+    table(extension.dfg),
     Promise.all(extension.ggx.lobes.map((lobe) => files.array(Float32Array, lobe))),
     Promise.all(
       extension.maps.map(async ({ name, lookup, ...rest }) => {
@@ -93,19 +116,25 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
         return { ...(await map(rest)), name, lookup: direction };
       }),
     ),
+    Promise.all(
+      extension.tables.map(async ({ name, slices, lobes: axes, ...rest }) => {
+        const [slicesOf, lobesOf] = await Promise.all([map(rest, slices), table(axes)]);
+        return { ...slicesOf, name, slices, lobes: lobesOf };
+      }),
+    ),
   ]);
   const { orbit, ggx, phongSize, metals, materials } = extension;
-  const [rows, columns] = extension.dfg.shape as [number, number];
   return {
     parts,
     orbit: readOrbit(orbit),
     environment,
     diffuse,
-    dfg: { rows, columns, values: dfg },
+    dfg,
     ggx: { lobes, size: ggx.size },
     phongSize,
     metals,
     maps,
+    tables,
     materials,
   };
 }

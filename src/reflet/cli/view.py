@@ -6,6 +6,7 @@ from tempfile import TemporaryDirectory
 import click
 
 from reflet.cli.options import from_option
+from reflet.cli.progress import progress_bar
 from reflet.cli.shade import RGB
 
 
@@ -44,12 +45,13 @@ def view(
     machine alone, and opens the browser. Ctrl-C ends it.
 
     In the viewer material, colours, gloss, light and camera change at once: maps are filtered on the graphics device.
-    Materials are those of reflet shade, but for tables; without ENV, its drawings.
+    Materials are those of reflet shade, but for gltf; without ENV, its drawings.
 
     \b
     Examples:
       reflet view teapot                                       a PEM's folder
       reflet view teapot studio.hdr --material ggx:0.3 --metallic 1
+      reflet view teapot studio.hdr --material table:satin.npz
       reflet view chair.glb studio.hdr --export site           a page to upload
       reflet view teapot --material gooch+silhouette --material hatching
     """
@@ -74,17 +76,19 @@ def view(
         show(scene)
         return
     with TemporaryDirectory(prefix="reflet-view-") as folder:
-        write_materials_view(
-            folder,
-            scene,
-            environment,
-            materials,
-            source_is=parameterization(source_is) if source_is else None,
-            albedo=albedo,
-            specular=specular,
-            metallic=metallic,
-            azimuth_deg=azimuth,
-            elevation_deg=elevation,
-            distance=distance,
-        )
+        with progress_bar() as progress:
+            write_materials_view(
+                folder,
+                scene,
+                environment,
+                materials,
+                source_is=parameterization(source_is) if source_is else None,
+                albedo=albedo,
+                specular=specular,
+                metallic=metallic,
+                azimuth_deg=azimuth,
+                elevation_deg=elevation,
+                distance=distance,
+                progress=progress,
+            )
         show(folder)

@@ -59,9 +59,17 @@ def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", 
 
 def texture_from_slices(slices: Sequence[EnvImage], texel_format: str = "half", *, zstd: bool = False) -> Texture:
     """Maps of one face and of one size as the layers of a 2D array; otherwise as `texture_from_levels`."""
-    textures = [texture_from_levels([image], texel_format, zstd=zstd) for image in slices]
-    layers = np.concatenate([texture.levels[0] for texture in textures])
-    return replace(textures[0], levels=(layers,))
+    return texture_from_maps([[image] for image in slices], texel_format, zstd=zstd)
+
+
+def texture_from_maps(maps: Sequence[Sequence[EnvImage]], texel_format: str = "half", *, zstd: bool = False) -> Texture:
+    """Maps of one kind and size, each by its mip levels, as layers of a 2D array: one after the other, a layer a face.
+
+    Raises RefletError as `texture_from_levels` does.
+    """
+    textures = [texture_from_levels(levels, texel_format, zstd=zstd) for levels in maps]
+    levels = zip(*(texture.levels for texture in textures), strict=True)
+    return replace(textures[0], is_cube=False, levels=tuple(np.concatenate(level) for level in levels))
 
 
 def _with_channels(texels: np.ndarray, channels: int) -> np.ndarray:

@@ -25,6 +25,7 @@ from reflet.files.ktx2 import write_ktx2
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.layout import SCENE, slug
+from reflet.reflectance.brdf_map import BrdfMap3d
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lobe_taps import lobe_taps
 from reflet.reflectance.map_material import Lookup
@@ -46,6 +47,7 @@ from reflet.scene.material import Material
 from reflet.scene.mesh import Mesh
 from reflet.scene.parameter_space import Orbit
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.view.brdf_map_files import write_brdf_map
 from reflet.view.static_files import SHADED_EXTENSION
 
 VERSION = 1
@@ -71,17 +73,18 @@ def write_shaded_scene(
     materials: Sequence[SurfaceMaterial | str],
     *,
     maps: Mapping[str, NamedMap] | None = None,
+    tables: Mapping[str, BrdfMap3d] | None = None,
     largest: int = _LARGEST,
 ) -> None:
     """Write what the viewer shows into ``folder``; ``scene.gltf`` comes last.
 
-    ``materials`` are what the viewer offers first of their kind, each a material or the name of one of ``maps``; it
-    opens with the first. The environment, by default
-    a plain white one, becomes a cube of about its own texels, of at most ``largest`` rows. Raises RefletError for
-    radiance that is negative or not finite, and for materials given by BRDF tables.
+    ``materials`` are what the viewer offers first of their kind, each a material or the name of one of ``maps`` or of
+    ``tables``: BRDFs by the maps of their lobes, filtered from this environment. It opens with the first. The
+    environment, by default a plain white one, becomes a cube of about its own texels, of at most ``largest`` rows.
+    Raises RefletError for radiance that is negative or not finite, and for materials that have no form in the viewer.
     """
     folder = Path(folder)
-    maps = maps or {}
+    maps, tables = maps or {}, tables or {}
     shown = environment or EnvImage(CUBE, np.ones((6, 1, 1, 3), np.float32))
     cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
     buffer = BufferWriter(_BUFFER)
@@ -110,7 +113,16 @@ def write_shaded_scene(
             }
             for name, item in maps.items()
         ],
-        "materials": [material_to_json(material) for material in materials],
+        "tables": [
+            {"name": name, **write_brdf_map(folder, f"maps/table-{number}.ktx2", item, buffer)}
+            for number, (name, item) in enumerate(tables.items())
+        ],
+        "materials": [
+            {"kind": "table", "table": material}
+            if isinstance(material, str) and material in tables
+            else material_to_json(material)
+            for material in materials
+        ],
     }
     buffer.write(folder)
     part = Part("mesh", mesh, Material("mesh"), True)

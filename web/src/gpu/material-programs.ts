@@ -13,7 +13,10 @@ export type LookupDirection = (typeof LOOKUPS)[number];
 export interface MeshVariant {
   readonly diffuseMap: ParameterizationName | undefined; // of the diffuse map, where it is used
   readonly lookup: LookupDirection;
+  readonly byLobes: boolean; // whether the map holds a BRDF's lobes
 }
+
+type Program = "mesh" | "lobes" | "backdrop";
 
 export class MaterialPrograms {
   readonly viewLayout: GPUBindGroupLayout;
@@ -50,11 +53,11 @@ export class MaterialPrograms {
     pass: GPURenderPassEncoder,
     map: EnvMapGroup,
     material: GPUBindGroup,
-    { diffuseMap, lookup }: MeshVariant,
+    { diffuseMap, lookup, byLobes }: MeshVariant,
     multi: boolean,
   ): void {
     pass.setPipeline(
-      this.pipeline("mesh", multi, {
+      this.pipeline(byLobes ? "lobes" : "mesh", multi, {
         ...mapConstants(map.map),
         DIFFUSES: diffuseMap ? 1 : 0,
         DIFFUSE_KIND: diffuseMap ? PARAMETERIZATIONS[diffuseMap].kind : 0,
@@ -72,7 +75,7 @@ export class MaterialPrograms {
     pass.draw(3);
   }
 
-  private pipeline(what: "mesh" | "backdrop", multi: boolean, constants: Record<string, number>): GPURenderPipeline {
+  private pipeline(what: Program, multi: boolean, constants: Record<string, number>): GPURenderPipeline {
     const key = JSON.stringify([what, multi, constants]);
     let pipeline = this.pipelines.get(key);
     if (pipeline === undefined) {
@@ -82,8 +85,8 @@ export class MaterialPrograms {
     return pipeline;
   }
 
-  private build(what: "mesh" | "backdrop", multi: boolean, constants: Record<string, number>): GPURenderPipeline {
-    const mesh = what === "mesh";
+  private build(what: Program, multi: boolean, constants: Record<string, number>): GPURenderPipeline {
+    const mesh = what !== "backdrop";
     const groups = [this.viewLayout, this.mapLayout, ...(mesh ? [this.materialLayout] : [])];
     return this.device.createRenderPipeline({
       label: `material ${what}`,

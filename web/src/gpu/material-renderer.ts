@@ -3,14 +3,14 @@
 import type { Camera } from "../camera";
 import type { Part } from "../gltf";
 import { diffuses, MATERIAL_BYTES, type Material, materialUniform } from "../material";
-import type { LoadedMap, NamedMap, ShadedScene, Shown } from "../shaded-scene";
+import type { BrdfMap, LoadedMap, NamedMap, ShadedScene, Shown, Table } from "../shaded-scene";
 import { createEnvMap, EnvMapGroup, type EnvMapTexture, type Rotation } from "./env-map";
 import { PATTERN } from "./layouts";
 import { MaterialPrograms, type MeshVariant, VERTEX_FLOATS } from "./material-programs";
 import { PhongParaboloidFilter } from "./phong-paraboloid";
 import { PictureSum } from "./picture-sum";
 import { ProbeFilter } from "./probe-filter";
-import { writeMap } from "./textures";
+import { createMapArray, writeMap } from "./textures";
 import { VIEW_BYTES, viewUniform } from "./view-uniform";
 
 /** What a frame shows. */
@@ -24,6 +24,7 @@ export interface MaterialView {
 /** What a material looks up, and how. */
 interface Reflected {
   readonly map: EnvMapGroup;
+  readonly material: GPUBindGroup;
   readonly variant: MeshVariant;
   readonly roughness: number | undefined;
   readonly drawn: boolean; // by hand: its levels are for the picture's own pixels
@@ -40,11 +41,13 @@ export class MaterialRenderer {
   private readonly viewGroup: GPUBindGroup;
   private readonly materialBuffer: GPUBuffer;
   private readonly materialGroup: GPUBindGroup;
+  private readonly diffuse: GPUTextureView;
   private readonly meshes: readonly { vertices: GPUBuffer; triangles: GPUBuffer; count: number }[];
   private readonly environment: EnvMapTexture;
   private readonly sharp: EnvMapGroup;
   private readonly backdrop: EnvMapGroup;
   private readonly drawnMaps = new Map<string, EnvMapGroup>();
+  private readonly tables = new Map<string, { map: EnvMapGroup; material: GPUBindGroup }>();
   private glossy: { group: EnvMapGroup } | undefined;
   private phong: { filter: PhongParaboloidFilter; group: EnvMapGroup; exponent: number } | undefined;
 
@@ -70,14 +73,8 @@ export class MaterialRenderer {
     this.sharp = this.groupOf(this.environment);
     this.backdrop = this.groupOf(this.environment);
     this.materialBuffer = this.uniform(MATERIAL_BYTES);
-    this.materialGroup = device.createBindGroup({
-      layout: this.programs.materialLayout,
-      entries: [
-        { binding: 0, resource: { buffer: this.materialBuffer } },
-        { binding: 1, resource: this.upload(scene.diffuse).texture.createView({ dimension: "2d-array" }) },
-        { binding: 2, resource: this.table(scene.dfg).createView() },
-      ],
-    });
+    this.diffuse = this.upload(scene.diffuse).texture.createView({ dimension: "2d-array" });
+    this.materialGroup = this.groupOfMaterial(scene.dfg);
     this.meshes = scene.parts.map((part) => ({
       vertices: this.buffer(packVertices(part), GPUBufferUsage.VERTEX),
       triangles: this.buffer(part.indices, GPUBufferUsage.INDEX),
@@ -122,7 +119,7 @@ export class MaterialRenderer {
     this.backdrop.write({ mapFromWorld, lodBias, roughness: undefined });
     this.sum.add(camera, first, multi, reflected.drawn ? PAPER : NOTHING, (pass) => {
       pass.setBindGroup(0, this.viewGroup);
-      programs.setMesh(pass, reflected.map, this.materialGroup, reflected.variant, multi);
+      programs.setMesh(pass, reflected.map, reflected.material, reflected.variant, multi);
       for (const { vertices, triangles, count } of this.meshes) {
         pass.setVertexBuffer(0, vertices);
         pass.setIndexBuffer(triangles, "uint32");
@@ -137,13 +134,21 @@ export class MaterialRenderer {
     if (material.kind === "map") {
       const map = this.scene.maps.find(({ name }) => name === material.map);
       if (map === undefined) throw new Error(`There is no map ${material.map}.`);
-      const variant = { diffuseMap: undefined, lookup: map.lookup };
-      return { map: this.drawnMap(map), variant, roughness: undefined, drawn: true };
+      const variant = { diffuseMap: undefined, lookup: map.lookup, byLobes: false };
+      return { map: this.drawnMap(map), material: this.materialGroup, variant, roughness: undefined, drawn: true };
+    }
+    if (material.kind === "table") {
+      const table = this.scene.tables.find(({ name }) => name === material.table);
+      if (table === undefined) throw new Error(`There is no table ${material.table}.`);
+      const { parameterization } = this.scene.diffuse;
+      const variant = { diffuseMap: parameterization, lookup: "reflection", byLobes: true } as const;
+      return { ...this.lobesOf(table), variant, roughness: undefined, drawn: false };
     }
     const diffuseMap = diffuses(material) ? this.scene.diffuse.parameterization : undefined;
     const of = (map: EnvMapGroup, roughness?: number): Reflected => ({
       map,
-      variant: { diffuseMap, lookup: "reflection" },
+      material: this.materialGroup,
+      variant: { diffuseMap, lookup: "reflection", byLobes: false },
       roughness,
       drawn: false,
     });
@@ -164,6 +169,26 @@ export class MaterialRenderer {
       this.drawnMaps.set(map.name, group);
     }
     return group;
+  }
+
+  private lobesOf(table: BrdfMap): { map: EnvMapGroup; material: GPUBindGroup } {
+    let lobes = this.tables.get(table.name);
+    if (lobes === undefined) {
+      const { parameterization, size, slices, levels } = table;
+      const texture = createMapArray(this.device, table, slices);
+      for (let k = 0; k < slices; k++) {
+        writeMap(
+          this.device,
+          texture,
+          k,
+          table,
+          levels.map((level) => level.subarray((k * level.length) / slices, ((k + 1) * level.length) / slices)),
+        );
+      }
+      lobes = { map: this.groupOf({ parameterization, size, texture }), material: this.groupOfMaterial(table.lobes) };
+      this.tables.set(table.name, lobes);
+    }
+    return lobes;
   }
 
   /** Filtered anew when the exponent changes. */
@@ -207,7 +232,19 @@ export class MaterialRenderer {
     return out;
   }
 
-  private table({ rows, columns, values }: ShadedScene["dfg"]): GPUTexture {
+  /** Bind group 2. */
+  private groupOfMaterial(table: Table): GPUBindGroup {
+    return this.device.createBindGroup({
+      layout: this.programs.materialLayout,
+      entries: [
+        { binding: 0, resource: { buffer: this.materialBuffer } },
+        { binding: 1, resource: this.diffuse },
+        { binding: 2, resource: this.table(table).createView() },
+      ],
+    });
+  }
+
+  private table({ rows, columns, values }: Table): GPUTexture {
     const texels = new Float32Array(4 * rows * columns);
     const channels = values.length / (rows * columns);
     for (let k = 0; k < rows * columns; k++) texels.set(values.subarray(channels * k, channels * (k + 1)), 4 * k);
@@ -228,8 +265,9 @@ export class MaterialRenderer {
   }
 }
 
-/** A map that is shown as it is counts as a white mirror's. */
-const plain = (material: Shown): Material => (material.kind === "map" ? WHITE_MIRROR : material);
+/** A map that is shown as it is counts as a white mirror's; lobes need none of this. */
+const plain = (material: Shown): Material =>
+  material.kind === "map" || material.kind === "table" ? WHITE_MIRROR : material;
 
 function packVertices({ positions, normals, uv }: Part): Float32Array {
   const count = positions.length / 3;

@@ -1,0 +1,38 @@
+"""The maps of a measured BRDF's lobes as files for the web viewer."""
+
+from pathlib import Path
+from typing import Any
+
+from reflet.envmap.mip_reduction import mip_images
+from reflet.errors import RefletError
+from reflet.files.env_texture import texture_from_maps
+from reflet.files.ktx2_container import write_texture
+from reflet.pem.arrays import BufferWriter
+from reflet.reflectance.brdf_map import BrdfMap3d
+from reflet.render.brdf_map_texture import lobe_table
+
+_MOST_LAYERS = 256  # of a texture, in every browser
+
+
+def write_brdf_map(folder: Path, uri: str, maps: BrdfMap3d, buffer: BufferWriter) -> dict[str, Any]:
+    """Write all slices into one file, ``uri`` in ``folder``, and the lobes' table into ``buffer``; their description.
+
+    The file is a 2D array in half float with all mip levels, its layers those of
+    `reflet.render.brdf_map_texture.upload_brdf_map`: 11 bytes a texel. The diffuse map is not written. Raises
+    RefletError for more layers than browsers take.
+    """
+    images = [image for slices in maps.slices for image in slices] or [maps.diffuse]
+    shape = images[0].parameterization
+    if len(images) * shape.face_count > _MOST_LAYERS:
+        raise RefletError(
+            f"The maps of this BRDF need {len(images) * shape.face_count} texture layers, and browsers take "
+            f"{_MOST_LAYERS}; ask for fewer view angles or lobes, or for a parameterization of one face."
+        )
+    write_texture(folder / uri, texture_from_maps([mip_images(image) for image in images]))
+    return {
+        "uri": uri,
+        "parameterization": shape.name,
+        "size": images[0].size,
+        "slices": len(images),
+        "lobes": buffer.add(lobe_table(maps.lobes)),
+    }
