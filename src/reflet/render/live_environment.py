@@ -4,6 +4,7 @@ import wgpu
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.lamp import Lamp
 from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.resample import resample
 from reflet.errors import RefletError
@@ -14,6 +15,7 @@ from reflet.reflectance.phong import PhongKernel
 from reflet.render.device import shared_device
 from reflet.render.device_maps import DeviceMaps
 from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
+from reflet.render.lamp import LampPainter
 from reflet.render.map_levels import MapLevels
 from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.probe_filter import ProbeFilter
@@ -49,6 +51,7 @@ class LiveEnvironment:
         self._diffuse = create_env_map(self.device, CUBE, _DIFFUSE_SIZE, 1, HALF, FILLED)
         self._drawn = create_env_map(self.device, CUBE, size, size.bit_length(), HALF, _DRAWN)
         self._warp = Warp(self.device, self._drawn)
+        self._lamps: dict[int, LampPainter] = {}  # by the rows of the cube
         self._shown: EnvMapTexture | None = None
         self._done: set[str] = set()  # what has been made since the environment was shown
         self._phong_exponent = 0.0
@@ -60,13 +63,22 @@ class LiveEnvironment:
             raise RefletError("A live environment is empty until it is shown an environment.")
         return self._shown
 
-    def show(self, environment: EnvMapTexture | EnvImage) -> None:
+    def show(self, environment: EnvMapTexture | EnvImage, lamp: Lamp | None = None) -> None:
         """What surrounds all from now on: on the device, as `EnvironmentCapture` or `Warp` draw it, with mip levels.
 
-        A texture whose texels have changed is shown again. An image is uploaded.
+        A texture whose texels have changed is shown again. An image is uploaded. A ``lamp`` is added to a half-float
+        cube as it is, to anything else as the cube that is filtered.
         """
         self._shown = _uploaded(self.device, environment) if isinstance(environment, EnvImage) else environment
         self._done.clear()
+        if lamp is not None:
+            encoder = self.device.create_command_encoder()
+            cube = self._cube(encoder)
+            if cube.size not in self._lamps:
+                self._lamps[cube.size] = LampPainter(self.device, cube.size)
+            self._shown = self._lamps[cube.size].paint(encoder, cube, lamp)
+            self.device.queue.submit([encoder.finish()])
+            self._done.clear()
 
     def maps(self, material: SurfaceMaterial) -> DeviceMaps:
         """What ``material`` looks up. Its textures hold that until the next call.
