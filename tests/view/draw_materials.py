@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.lamp import Lamp
 from reflet.files.ktx2 import read_ktx2
 from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.reflectance import material as materials
@@ -23,10 +25,12 @@ from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
 from reflet.render.device import shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
-from reflet.render.env_map_texture import upload_env_map
+from reflet.render.env_map_texture import HALF, create_env_map, upload_env_map
+from reflet.render.lamp import LampPainter
 from reflet.render.material_renderer import MaterialRenderer
 from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.probe_filter import ProbeFilter
+from reflet.render.probe_pyramid import FILLED, ProbePyramid
 from reflet.render.still_environment import StillEnvironment
 from reflet.scene.gltf import read_gltf
 from reflet.scene.parameter_space import Orbit
@@ -52,6 +56,13 @@ def material_of(settings, folder):
     return CLASSES[kind](*(tuple(value) if isinstance(value, list) else value for value in fields.values()))
 
 
+def lamp_of(settings):
+    """The lamp that they describe."""
+    phi, theta = np.radians([settings["azimuth"], settings["elevation"]])
+    direction = (np.cos(phi) * np.cos(theta), np.sin(theta), -np.sin(phi) * np.cos(theta))
+    return Lamp(direction, settings["radius"], tuple(settings["brightness"] * c for c in settings["colour"]))
+
+
 class Scene:
     """What the folder holds, on the device."""
 
@@ -70,6 +81,9 @@ class Scene:
         self.environment = upload_env_map(self.device, self.levels)
         self.diffuse = upload_env_map(self.device, self.read(self.extension["diffuse"]))
         self.ggx = ProbeFilter(self.device, self.extension["ggx"]["size"])
+        self.painter = LampPainter(self.device, self.extension["environment"]["size"])
+        self.pyramid = ProbePyramid(self.device, 64)
+        self.lit_diffuse = create_env_map(self.device, CUBE, 16, 1, HALF, FILLED)
         self.phong = PhongParaboloidFilter(self.device, self.extension["phongSize"])
         finest = self.levels[0]
         maps = EnvironmentMaps(EnvImage(finest.parameterization, finest.texels.astype(np.float32)))
@@ -91,25 +105,38 @@ class Scene:
             drawn = self.picture(self.read(item), material, camera, backdrop=False, **common)
             return drawn, None
         material = material_of(settings, self.folder)
-        backdrop = self.environment if settings["backdrop"] else False
-        by_cpu = self.by_cpu.picture(material, camera, backdrop=settings["backdrop"], **common)
+        environment, diffuse = self.environment, self.diffuse
+        lit = settings["lamp"]["on"] and settings["material"]["kind"] != "table"
+        if lit:
+            environment, diffuse = self.lit(lamp_of(settings["lamp"]))
+        backdrop = environment if settings["backdrop"] else False
+        by_cpu = None if lit else self.by_cpu.picture(material, camera, backdrop=settings["backdrop"], **common)
         roughness = None
         encoder = self.device.create_command_encoder()
-        shown = self.environment
+        shown = environment
         if isinstance(material, materials.GlossyPhong):
-            shown = self.phong.refilter(encoder, self.environment, PhongKernel(material.phong_exponent))
+            shown = self.phong.refilter(encoder, environment, PhongKernel(material.phong_exponent))
         elif isinstance(material, materials.GlossyGgx):
-            shown, roughness = self.ggx.refilter(encoder, self.environment), material.perceptual_roughness
+            shown, roughness = self.ggx.refilter(encoder, environment), material.perceptual_roughness
         elif isinstance(material, Measured):
             shown = self.still.maps(material).reflected
         self.device.queue.submit([encoder.finish()])
-        return self.picture(shown, material, camera, backdrop=backdrop, roughness=roughness, **common), by_cpu
+        arguments = {"backdrop": backdrop, "roughness": roughness, **common}
+        return self.picture(shown, material, camera, diffuse, **arguments), by_cpu
 
-    def picture(self, shown, material, camera, **arguments):
+    def lit(self, lamp):
+        """The environment with a lamp, and its diffuse map."""
+        encoder = self.device.create_command_encoder()
+        environment = self.painter.paint(encoder, self.environment, lamp)
+        self.pyramid.fill(encoder, environment)
+        self.pyramid.diffuse(encoder, self.lit_diffuse)
+        self.device.queue.submit([encoder.finish()])
+        return environment, self.lit_diffuse
+
+    def picture(self, shown, material, camera, diffuse=None, **arguments):
         """By the renderer."""
         texture = upload_env_map(self.device, shown) if isinstance(shown, tuple) else shown
-        diffuse = self.diffuse if material.diffuses else None
-        on_device = self.renderer.programs.material(material, diffuse)
+        on_device = self.renderer.programs.material(material, diffuse if material.diffuses else None)
         return self.renderer.picture(texture, camera, material=on_device, **arguments)
 
 

@@ -48,8 +48,16 @@ MATERIALS = {
     "by-normal": {"kind": "map", "map": "directions"},
     "drawn": {"kind": "map", "map": "gooch+silhouette"},
 }
+LAMP = {"on": True, "azimuth": 20, "elevation": 25, "radius": 12, "brightness": 16, "colour": [1, 0.8, 0.5]}
 SETTINGS = {name: {"material": material} for name, material in MATERIALS.items()} | {
-    "ggx-in-turned-light": {"material": MATERIALS["ggx"], "turn": 70}
+    "ggx-in-turned-light": {"material": MATERIALS["ggx"], "turn": 70},
+    "mirror-by-lamp": {"material": MATERIALS["mirror"], "turn": 0, "lamp": LAMP},
+    "coated-by-lamp": {"material": MATERIALS["coated"]},
+    "phong-by-lamp": {"material": MATERIALS["phong"]},
+    "ggx-by-lamp": {"material": MATERIALS["ggx"]},
+    "ggx-by-moved-lamp": {"lamp": {"azimuth": 70, "radius": 20, "colour": [0.2, 0.5, 1]}},
+    "table-without-lamp": {"material": MATERIALS["table"]},  # its maps are filtered beforehand
+    "ggx-again": {"material": MATERIALS["ggx"], "lamp": {"on": False}, "turn": 70},
 }
 FILTERED = (
     "table",
@@ -60,6 +68,7 @@ FILTERED = (
     "ggx-in-turned-light",
     "phong-again",
     "phong-by-keys",
+    *(name for name in SETTINGS if name.endswith(("lamp", "again"))),
 )
 BY_HAND = ("phong-again", "phong-by-keys", "copper", "alone", "turned")
 
@@ -189,6 +198,21 @@ def test_each_step_changes_the_picture(seen, folder):
     names = ["home", *SETTINGS, *BY_HAND]
     for a, b in pairwise(names):
         assert np.abs(frame(folder, a)[..., :3] - frame(folder, b)[..., :3]).mean() > 1e-3  # far above rounding
+
+
+def test_the_lamp_lights_what_is_turned_to_it_and_leaves_no_trace(seen, folder):
+    """With it and without, the material and the light's turn being equal."""
+    for name, least in (("mirror", 0.0), ("coated", -0.03)):  # diffuse light is summed on the device: off by as much
+        gain = frame(folder, f"{name}-by-lamp")[..., :3] - frame(folder, name)[..., :3]
+        assert gain.min() > least - 1e-6 and gain.mean() > 0.02
+    np.testing.assert_array_equal(frame(folder, "ggx-again"), frame(folder, "ggx-in-turned-light"))
+    np.testing.assert_array_equal(frame(folder, "table-without-lamp"), frame(folder, "table"))
+
+
+def test_keys_and_panel_move_the_lamp(seen):
+    """And it goes round by itself: else the script would have waited in vain."""
+    assert seen["lampByKeys"] == {**LAMP, "azimuth": 72, "radius": 20, "colour": [0.2, 0.5, 1], "circling": False}
+    assert (seen["lampByPanel"]["radius"], seen["lampByPanel"]["circling"]) == (20.5, True)
 
 
 def test_the_exponent_follows_the_keys(seen):

@@ -13,6 +13,9 @@ export interface Motion {
   zoom(factor: number): void;
   /** A drag to the right with shift held, or a key for it, in degrees. Returns false where that means nothing. */
   shiftDrag(degrees: number): boolean;
+  /** A lamp, where there may be one: on or off, and around by so many degrees. */
+  toggleLamp(): void;
+  moveLamp(degrees: number): void;
   /** Back to where it began. */
   home(): void;
 }
@@ -78,6 +81,9 @@ export function steer(element: HTMLElement, motion: Motion, signal: AbortSignal)
     Home: () => motion.home(),
     "[": () => motion.shiftDrag(-DEGREES_PER_KEY),
     "]": () => motion.shiftDrag(DEGREES_PER_KEY),
+    l: () => motion.toggleLamp(),
+    ",": () => motion.moveLamp(-DEGREES_PER_KEY),
+    ".": () => motion.moveLamp(DEGREES_PER_KEY),
   };
   on("keydown", (event) => {
     const act = event.ctrlKey || event.metaKey || event.altKey ? undefined : keys[event.key];

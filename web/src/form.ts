@@ -52,7 +52,14 @@ export class Form {
   slider(name: string, value: number, text: string): void {
     const input = this.input(name);
     input.value = String(value);
+    input.dataset.shown = input.value; // what the slider's steps make of it
     (input.nextElementSibling as HTMLOutputElement).value = text;
+  }
+
+  /** Whether the user has moved a slider since it was shown: one that was not says less than what it shows. */
+  moved(name: string): boolean {
+    const input = this.input(name);
+    return input.value !== input.dataset.shown;
   }
 
   number(name: string): number {

@@ -30,7 +30,15 @@ const template = (scene: ShadedScene): string => `
   ])}
   <div class="fields"></div>
   <div data-turned>${slider("turn", "Light", -180, 180, 1)}</div>
-  <fieldset class="checks" data-lit><label><input type="checkbox" name="backdrop" /><span>backdrop</span></label></fieldset>
+  <fieldset class="checks" data-lit><label><input type="checkbox" name="backdrop" /><span>backdrop</span></label><span data-lamp><label><input type="checkbox" name="lamp" /><span>lamp</span></label></span></fieldset>
+  <div class="fields" data-lamp-on>
+    ${slider("lamp_azimuth", "Azimuth", -180, 180, 1)}
+    ${slider("lamp_elevation", "Elevation", -90, 90, 1)}
+    ${slider("lamp_radius", "Radius", 1, 60, 0.5)}
+    ${slider("lamp_brightness", "Brightness", -4, 10, 0.1)}
+    <label class="row"><span>Colour</span><input name="lamp_colour" type="color" /></label>
+    <label class="row"><span>Circling</span><input name="lamp_circling" type="checkbox" /></label>
+  </div>
   ${exposureSlider}
   ${chooser(
     "curve",
@@ -91,8 +99,36 @@ export class MaterialPanel {
     (this.element.querySelector("[data-turned]") as HTMLElement).hidden = map?.lookup.startsWith("view_") ?? false;
     form.slider("turn", settings.turn, `${settings.turn.toFixed(0)}°`);
     form.input("backdrop").checked = settings.backdrop;
+    this.showLamp(material.kind !== "map" && material.kind !== "table");
     form.input("curve").value = settings.curve;
     form.showExposure(settings.exposure);
+  }
+
+  private showLamp(possible: boolean): void {
+    const { form, element } = this;
+    const { on, azimuth, elevation, radius, brightness, colour, circling } = this.settings.lamp;
+    (element.querySelector("[data-lamp]") as HTMLElement).hidden = !possible;
+    (element.querySelector("[data-lamp-on]") as HTMLElement).hidden = !(possible && on);
+    form.input("lamp").checked = on;
+    form.slider("lamp_azimuth", azimuth, `${azimuth.toFixed(0)}°`);
+    form.slider("lamp_elevation", elevation, `${elevation.toFixed(0)}°`);
+    form.slider("lamp_radius", radius, `${radius.toFixed(1)}°`);
+    form.slider("lamp_brightness", Math.log2(brightness), brightness.toPrecision(2));
+    form.input("lamp_colour").value = hexFromLinear(colour);
+    form.input("lamp_circling").checked = circling;
+  }
+
+  private readLamp(): void {
+    const { form } = this;
+    const { lamp } = this.settings;
+    lamp.on = form.input("lamp").checked;
+    for (const name of ["azimuth", "elevation", "radius"] as const) {
+      if (form.moved(`lamp_${name}`)) lamp[name] = form.number(`lamp_${name}`);
+    }
+    if (form.moved("lamp_brightness")) lamp.brightness = 2 ** form.number("lamp_brightness");
+    const { value } = form.input("lamp_colour");
+    if (value !== hexFromLinear(lamp.colour)) lamp.colour = linearFromHex(value);
+    lamp.circling = form.input("lamp_circling").checked;
   }
 
   private showField({ name, type, scale, text }: Field, material: Shown): void {
@@ -113,21 +149,21 @@ export class MaterialPanel {
     const choice = form.input("kind").value;
     const before = this.materials.get(choice) as Shown;
     settings.material = choice === this.built ? this.readFields(before) : before;
-    settings.turn = form.number("turn");
+    if (form.moved("turn")) settings.turn = form.number("turn");
     settings.backdrop = form.input("backdrop").checked;
+    this.readLamp();
     settings.exposure = form.exposure;
     settings.curve = form.input("curve").value as ShadingSettings["curve"];
   }
 
-  /** The material with what its fields say. What a field would show as it is stays: a slider rounds. */
+  /** The material with what its fields say. What nobody has changed stays: sliders and colours round. */
   private readFields(material: Shown): Shown {
     const changed: Record<string, unknown> = { ...material };
-    for (const { name, type, scale, text } of FIELDS[material.kind]) {
+    for (const { name, type, scale } of FIELDS[material.kind]) {
       const before = changed[name];
       if (type === "slider") {
         const shown = this.form.number(name);
-        const value = scale ? scale.value(shown) : shown;
-        if (!text || text(value) !== text(before as number)) changed[name] = value;
+        if (this.form.moved(name)) changed[name] = scale ? scale.value(shown) : shown;
       } else if (type === "colour") {
         const { value } = this.form.input(name);
         if (value !== hexFromLinear(before as Vec3)) changed[name] = linearFromHex(value);

@@ -99,6 +99,12 @@ export abstract class Player {
     return false;
   }
 
+  /** Switches a lamp, where there may be one. */
+  toggleLamp(): void {}
+
+  /** Moves it, in degrees of azimuth. */
+  moveLamp(_degrees: number): void {}
+
   /** Something changed: draws soon. */
   invalidate(): void {
     this.changed = true;

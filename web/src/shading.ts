@@ -4,16 +4,20 @@ import type { Camera } from "./camera";
 import type { Rotation } from "./gpu/env-map";
 import { MaterialRenderer, type MaterialView } from "./gpu/material-renderer";
 import { NORMAL_EXPOSURE, type PictureSum, type Tone, type ToneCurve } from "./gpu/picture-sum";
+import { firstLamp, type LampSettings, lampOf, wrapped } from "./lamp";
 import { MaterialPanel } from "./material-panel";
 import { canvasFor, type Listener, Player } from "./player";
 import type { ShadedScene, Shown } from "./shaded-scene";
 
 const SAMPLES_AT_REST = 16;
+const CIRCLING_DEGREES_PER_MS = 0.03;
 
 export interface ShadingSettings {
   material: Shown;
   /** Degrees by which the environment is turned about the vertical, counter-clockwise seen from above. */
   turn: number;
+  /** Added to the environment; tables and drawings do without. */
+  lamp: LampSettings;
   backdrop: boolean;
   exposure: number;
   curve: ToneCurve;
@@ -35,6 +39,7 @@ export class Shading extends Player {
   protected readonly sampleCount = SAMPLES_AT_REST;
   readonly settings: ShadingSettings;
   private renderer!: MaterialRenderer;
+  private circled = 0; // when the lamp last moved by itself
 
   private constructor(
     canvas: HTMLCanvasElement,
@@ -47,6 +52,7 @@ export class Shading extends Player {
     this.settings = {
       material: scene.materials[0],
       turn: 0,
+      lamp: firstLamp(),
       backdrop: true,
       exposure: NORMAL_EXPOSURE,
       curve: "exponential",
@@ -72,17 +78,41 @@ export class Shading extends Player {
     return shading;
   }
 
-  configure(settings: Partial<ShadingSettings>): void {
+  configure({ lamp, ...settings }: Partial<Omit<ShadingSettings, "lamp">> & { lamp?: Partial<LampSettings> }): void {
     Object.assign(this.settings, settings);
+    Object.assign(this.settings.lamp, lamp);
     this.panel.show();
     this.invalidate();
   }
 
   /** The light follows the pointer: what is in front of it goes to the right, what is behind to the left. */
   override shiftDrag(degrees: number): boolean {
-    const turn = this.settings.turn + degrees;
-    this.configure({ turn: ((((turn + 180) % 360) + 360) % 360) - 180 });
+    this.configure({ turn: wrapped(this.settings.turn + degrees) });
     return true;
+  }
+
+  override toggleLamp(): void {
+    this.configure({ lamp: { on: !this.settings.lamp.on } });
+  }
+
+  override moveLamp(degrees: number): void {
+    const { on, azimuth } = this.settings.lamp;
+    if (on) this.configure({ lamp: { azimuth: wrapped(azimuth + degrees) } });
+  }
+
+  /** A circling lamp asks for the next frame as soon as one is drawn. */
+  protected override drawMoving(): boolean {
+    const now = performance.now();
+    if (this.lampShows && this.settings.lamp.circling) {
+      this.moveLamp(CIRCLING_DEGREES_PER_MS * Math.min(now - this.circled, 100));
+    }
+    this.circled = now;
+    return super.drawMoving();
+  }
+
+  private get lampShows(): boolean {
+    const { lamp, material } = this.settings;
+    return lamp.on && material.kind !== "map" && material.kind !== "table";
   }
 
   /** Drawings are no light: they are shown as they are, unless the exposure is changed. */
@@ -110,7 +140,13 @@ export class Shading extends Player {
   }
 
   private view(camera: Camera): MaterialView {
-    const { material, turn, backdrop } = this.settings;
-    return { camera, material, mapFromWorld: turnAboutVertical(turn), backdrop };
+    const { material, turn, backdrop, lamp } = this.settings;
+    return {
+      camera,
+      material,
+      mapFromWorld: turnAboutVertical(turn),
+      backdrop,
+      lamp: this.lampShows ? lampOf(lamp) : undefined,
+    };
   }
 }

@@ -124,7 +124,7 @@ export class RefletViewer extends HTMLElement {
       if (pem) this.player = await Playback.create(this.canvas, device, pem, listener);
       else if (shaded) {
         this.player = await Shading.create(this.canvas, device, shaded, listener);
-        this.canvas.ariaLabel += " Square brackets turn the light.";
+        this.canvas.ariaLabel += " Square brackets turn the light, L switches a lamp, comma and full stop move it.";
       } else throw new Error(`${src} is a plain glTF file, with nothing in it that this viewer knows to show.`);
       this.buildPage(this.player);
       this.resolveReady();
@@ -165,6 +165,8 @@ export class RefletViewer extends HTMLElement {
       },
       home: () => player.home(),
       shiftDrag: (degrees: number) => player.shiftDrag(degrees),
+      toggleLamp: () => player.toggleLamp(),
+      moveLamp: (degrees: number) => player.moveLamp(degrees),
     };
     steer(this.canvas, motion, signal);
     const observer = new ResizeObserver(() => player.invalidate());

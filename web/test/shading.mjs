@@ -63,6 +63,19 @@ await withPage(async (page) => {
   seen.viewpoint = await viewer((element) => element.viewpoint);
   await page.locator("canvas").focus();
   await page.keyboard.press("]");
+  await page.keyboard.press("l");
+  await page.keyboard.press(".");
+  seen.lampByKeys = (await viewer((element) => element.settings)).lamp;
+  await page.getByRole("slider", { name: "Radius" }).focus();
+  await page.keyboard.press("ArrowRight");
+  await page.getByRole("checkbox", { name: "Circling" }).check();
+  seen.lampByPanel = (await viewer((element) => element.settings)).lamp;
+  await page.waitForFunction(
+    (azimuth) => document.querySelector("reflet-viewer").settings.lamp.azimuth !== azimuth,
+    seen.lampByPanel.azimuth,
+  );
+  await page.getByRole("checkbox", { name: "Circling" }).uncheck();
+  await page.getByRole("checkbox", { name: "Lamp" }).uncheck();
   seen.afterKey = await viewer((element) => element.settings);
 }, browser);
 

@@ -2,9 +2,11 @@
 
 import type { Camera } from "../camera";
 import type { Part } from "../gltf";
+import type { Lamp } from "../lamp";
 import { diffuses, MATERIAL_BYTES, type Material, materialUniform } from "../material";
 import type { BrdfMap, LoadedMap, NamedMap, ShadedScene, Shown, Table } from "../shaded-scene";
 import { createEnvMap, EnvMapGroup, type EnvMapTexture, type Rotation } from "./env-map";
+import { Lamplight, type Light } from "./lamplight";
 import { PATTERN } from "./layouts";
 import { MaterialPrograms, type MeshVariant, VERTEX_FLOATS } from "./material-programs";
 import { PhongParaboloidFilter } from "./phong-paraboloid";
@@ -19,6 +21,17 @@ export interface MaterialView {
   readonly material: Shown;
   readonly mapFromWorld: Rotation; // of the environment
   readonly backdrop: boolean;
+  readonly lamp: Lamp | undefined; // that is added to the environment; not of tables' maps, which are filtered before
+}
+
+/** A light as it is looked up. */
+interface LightGroups {
+  readonly light: Light;
+  readonly sharp: EnvMapGroup;
+  readonly backdrop: EnvMapGroup;
+  readonly material: GPUBindGroup;
+  /** What is in it: filtered maps are made again when that changes. */
+  name: string;
 }
 
 /** What a material looks up, and how. */
@@ -40,16 +53,14 @@ export class MaterialRenderer {
   private readonly viewUniform: GPUBuffer;
   private readonly viewGroup: GPUBindGroup;
   private readonly materialBuffer: GPUBuffer;
-  private readonly materialGroup: GPUBindGroup;
-  private readonly diffuse: GPUTextureView;
+  private readonly dfg: GPUTextureView;
   private readonly meshes: readonly { vertices: GPUBuffer; triangles: GPUBuffer; count: number }[];
-  private readonly environment: EnvMapTexture;
-  private readonly sharp: EnvMapGroup;
-  private readonly backdrop: EnvMapGroup;
+  private readonly plain: LightGroups;
+  private lamplit: (LightGroups & { readonly light: Lamplight }) | undefined;
   private readonly drawnMaps = new Map<string, EnvMapGroup>();
   private readonly tables = new Map<string, { map: EnvMapGroup; material: GPUBindGroup }>();
-  private glossy: { group: EnvMapGroup } | undefined;
-  private phong: { filter: PhongParaboloidFilter; group: EnvMapGroup; exponent: number } | undefined;
+  private glossy: { filter: ProbeFilter; group: EnvMapGroup; shows: string } | undefined;
+  private phong: { filter: PhongParaboloidFilter; group: EnvMapGroup; shows: string } | undefined;
 
   private constructor(
     private readonly device: GPUDevice,
@@ -69,12 +80,9 @@ export class MaterialRenderer {
         { binding: 1, resource: { buffer: place } },
       ],
     });
-    this.environment = this.upload(scene.environment);
-    this.sharp = this.groupOf(this.environment);
-    this.backdrop = this.groupOf(this.environment);
     this.materialBuffer = this.uniform(MATERIAL_BYTES);
-    this.diffuse = this.upload(scene.diffuse).texture.createView({ dimension: "2d-array" });
-    this.materialGroup = this.groupOfMaterial(scene.dfg);
+    this.dfg = this.table(scene.dfg).createView();
+    this.plain = this.groupsOf({ environment: this.upload(scene.environment), diffuse: this.upload(scene.diffuse) });
     this.meshes = scene.parts.map((part) => ({
       vertices: this.buffer(packVertices(part), GPUBufferUsage.VERTEX),
       triangles: this.buffer(part.indices, GPUBufferUsage.INDEX),
@@ -106,7 +114,8 @@ export class MaterialRenderer {
   ): void {
     const { device, programs } = this;
     const { camera, material, mapFromWorld } = view;
-    const reflected = this.reflected(material);
+    const light = this.light(view.lamp);
+    const reflected = this.reflected(material, light);
     // Samples share a pixel: each may look maps up as much sharper.
     const lodBias = -0.5 * Math.log2(sampleCount);
     device.queue.writeBuffer(this.viewUniform, 0, viewUniform(camera, at));
@@ -116,7 +125,7 @@ export class MaterialRenderer {
       lodBias: reflected.drawn ? 0 : lodBias,
       roughness: reflected.roughness,
     });
-    this.backdrop.write({ mapFromWorld, lodBias, roughness: undefined });
+    light.backdrop.write({ mapFromWorld, lodBias, roughness: undefined });
     this.sum.add(camera, first, multi, reflected.drawn ? PAPER : NOTHING, (pass) => {
       pass.setBindGroup(0, this.viewGroup);
       programs.setMesh(pass, reflected.map, reflected.material, reflected.variant, multi);
@@ -125,40 +134,62 @@ export class MaterialRenderer {
         pass.setIndexBuffer(triangles, "uint32");
         pass.drawIndexed(count);
       }
-      if (view.backdrop && !reflected.drawn) programs.drawBackdrop(pass, this.backdrop, multi);
+      if (view.backdrop && !reflected.drawn) programs.drawBackdrop(pass, light.backdrop, multi);
     });
   }
 
+  /** The environment, with the lamp as it is now. */
+  private light(lamp: Lamp | undefined): LightGroups {
+    if (lamp === undefined) return this.plain;
+    if (this.lamplit === undefined) {
+      const light = new Lamplight(this.device, this.plain.light.environment);
+      this.lamplit = { ...this.groupsOf(light), light };
+    }
+    const { lamplit } = this;
+    const name = JSON.stringify(lamp);
+    if (lamplit.name !== name) {
+      lamplit.name = name;
+      this.submit((encoder) => lamplit.light.show(encoder, lamp));
+    }
+    return lamplit;
+  }
+
+  private groupsOf(light: Light): LightGroups {
+    const { environment, diffuse } = light;
+    const material = this.groupOfMaterial(this.dfg, diffuse);
+    return { light, sharp: this.groupOf(environment), backdrop: this.groupOf(environment), material, name: "" };
+  }
+
   /** What a material looks up; filtered now, where that has not been done. */
-  private reflected(material: Shown): Reflected {
+  private reflected(material: Shown, light: LightGroups): Reflected {
     if (material.kind === "map") {
       const map = this.scene.maps.find(({ name }) => name === material.map);
       if (map === undefined) throw new Error(`There is no map ${material.map}.`);
       const variant = { diffuseMap: undefined, lookup: map.lookup, byLobes: false };
-      return { map: this.drawnMap(map), material: this.materialGroup, variant, roughness: undefined, drawn: true };
+      return { map: this.drawnMap(map), material: light.material, variant, roughness: undefined, drawn: true };
     }
     if (material.kind === "table") {
       const table = this.scene.tables.find(({ name }) => name === material.table);
       if (table === undefined) throw new Error(`There is no table ${material.table}.`);
-      const { parameterization } = this.scene.diffuse;
+      const { parameterization } = light.light.diffuse;
       const variant = { diffuseMap: parameterization, lookup: "reflection", byLobes: true } as const;
       return { ...this.lobesOf(table), variant, roughness: undefined, drawn: false };
     }
-    const diffuseMap = diffuses(material) ? this.scene.diffuse.parameterization : undefined;
+    const diffuseMap = diffuses(material) ? light.light.diffuse.parameterization : undefined;
     const of = (map: EnvMapGroup, roughness?: number): Reflected => ({
       map,
-      material: this.materialGroup,
+      material: light.material,
       variant: { diffuseMap, lookup: "reflection", byLobes: false },
       roughness,
       drawn: false,
     });
     switch (material.kind) {
       case "phong":
-        return of(this.phongMap(material.exponent));
+        return of(this.phongMap(material.exponent, light));
       case "ggx":
-        return of(this.glossyMap(), material.roughness);
+        return of(this.glossyMap(light), material.roughness);
       default:
-        return of(this.sharp);
+        return of(light.sharp);
     }
   }
 
@@ -185,34 +216,43 @@ export class MaterialRenderer {
           levels.map((level) => level.subarray((k * level.length) / slices, ((k + 1) * level.length) / slices)),
         );
       }
-      lobes = { map: this.groupOf({ parameterization, size, texture }), material: this.groupOfMaterial(table.lobes) };
+      lobes = {
+        map: this.groupOf({ parameterization, size, texture }),
+        material: this.groupOfMaterial(this.table(table.lobes).createView(), this.plain.light.diffuse),
+      };
       this.tables.set(table.name, lobes);
     }
     return lobes;
   }
 
-  /** Filtered anew when the exponent changes. */
-  private phongMap(exponent: number): EnvMapGroup {
+  /** Filtered anew when the exponent or the light changes. */
+  private phongMap(exponent: number, { light, name }: LightGroups): EnvMapGroup {
     if (this.phong === undefined) {
       const filter = new PhongParaboloidFilter(this.device, this.scene.phongSize);
-      this.phong = { filter, group: this.groupOf(filter.result), exponent: Number.NaN };
+      this.phong = { filter, group: this.groupOf(filter.result), shows: "nothing" };
     }
-    if (this.phong.exponent !== exponent) {
-      this.phong.exponent = exponent;
-      this.submit((encoder) => this.phong?.filter.refilter(encoder, this.environment, exponent));
+    const { filter, group, shows } = this.phong;
+    const wanted = `${exponent} ${name}`;
+    if (shows !== wanted) {
+      this.phong.shows = wanted;
+      this.submit((encoder) => filter.refilter(encoder, light.environment, exponent));
     }
-    return this.phong.group;
+    return group;
   }
 
-  /** For every roughness; filtered once for this environment. */
-  private glossyMap(): EnvMapGroup {
+  /** For every roughness; filtered once for each light. */
+  private glossyMap({ light, name }: LightGroups): EnvMapGroup {
     if (this.glossy === undefined) {
       const { size, lobes } = this.scene.ggx;
       const filter = new ProbeFilter(this.device, size, lobes);
-      this.submit((encoder) => filter.refilter(encoder, this.environment.texture));
-      this.glossy = { group: this.groupOf(filter.result) };
+      this.glossy = { filter, group: this.groupOf(filter.result), shows: "nothing" };
     }
-    return this.glossy.group;
+    const { filter, group, shows } = this.glossy;
+    if (shows !== name) {
+      this.glossy.shows = name;
+      this.submit((encoder) => filter.refilter(encoder, light.environment.texture));
+    }
+    return group;
   }
 
   private submit(record: (encoder: GPUCommandEncoder) => void): void {
@@ -233,13 +273,13 @@ export class MaterialRenderer {
   }
 
   /** Bind group 2. */
-  private groupOfMaterial(table: Table): GPUBindGroup {
+  private groupOfMaterial(table: GPUTextureView, diffuse: EnvMapTexture): GPUBindGroup {
     return this.device.createBindGroup({
       layout: this.programs.materialLayout,
       entries: [
         { binding: 0, resource: { buffer: this.materialBuffer } },
-        { binding: 1, resource: this.diffuse },
-        { binding: 2, resource: this.table(table).createView() },
+        { binding: 1, resource: diffuse.texture.createView({ dimension: "2d-array" }) },
+        { binding: 2, resource: table },
       ],
     });
   }

@@ -1,0 +1,75 @@
+// An environment with a lamp in it, and its diffuse light, as often as the lamp changes: twin of reflet.render.lamp, and
+// of what reflet.render.live_environment makes of it.
+
+import type { Lamp } from "../lamp";
+import { createEnvMap, type EnvMapTexture, levelView } from "./env-map";
+import { FacePasses } from "./face-passes";
+
+const HALF: GPUTextureFormat = "rgba16float";
+const LAMP_BYTES = 32;
+const PYRAMID_ROWS = 64; // of what diffuse light is summed from, by its level of as many rows as
+const DIFFUSE_ROWS = 16;
+
+/** A light: an environment, and the radiance of white diffuse surfaces in it by their normal. */
+export interface Light {
+  readonly environment: EnvMapTexture; // a half-float cube
+  readonly diffuse: EnvMapTexture;
+}
+
+export class Lamplight implements Light {
+  readonly environment: EnvMapTexture;
+  readonly diffuse: EnvMapTexture;
+  private readonly painting: FacePasses;
+  private readonly filtering: FacePasses;
+  private readonly uniform: GPUBuffer;
+  private readonly sampler: GPUSampler;
+  private readonly pyramid: GPUTexture;
+
+  /** Adds lamps to this cube. */
+  constructor(
+    private readonly device: GPUDevice,
+    private readonly alone: EnvMapTexture,
+  ) {
+    this.painting = new FacePasses(device, "lamp");
+    this.filtering = new FacePasses(device, "probe_filter");
+    this.uniform = device.createBuffer({ size: LAMP_BYTES, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+    this.sampler = device.createSampler({ magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" });
+    this.environment = createEnvMap(device, "cube", alone.size, alone.texture.mipLevelCount, HALF);
+    const levels = Math.log2(PYRAMID_ROWS / DIFFUSE_ROWS) + 1;
+    this.pyramid = createEnvMap(device, "cube", PYRAMID_ROWS, levels, HALF).texture;
+    this.diffuse = createEnvMap(device, "cube", DIFFUSE_ROWS, 1, HALF);
+  }
+
+  /** The passes that show this lamp. One a submission. */
+  show(encoder: GPUCommandEncoder, { direction, squareChord, radiance }: Lamp): void {
+    const data = new Float32Array([...direction, squareChord, ...radiance, 0]);
+    this.device.queue.writeBuffer(this.uniform, 0, data);
+    this.paint(encoder);
+    this.filter(encoder);
+  }
+
+  private paint(encoder: GPUCommandEncoder): void {
+    const { texture, size } = this.environment;
+    for (let level = 0; level < texture.mipLevelCount; level++) {
+      const bound: Record<number, GPUBindingResource> = {
+        0: levelView(this.alone.texture, level),
+        2: { buffer: this.uniform },
+      };
+      if (level > 0) bound[1] = levelView(texture, level - 1);
+      const entryPoint = level > 0 ? "coarser" : "finest";
+      this.painting.draw(encoder, entryPoint, { SIZE: size >> level }, texture, level, bound);
+    }
+  }
+
+  private filter(encoder: GPUCommandEncoder): void {
+    const { filtering, pyramid } = this;
+    const at = (level: number) => ({ SIZE: PYRAMID_ROWS >> level });
+    const incoming = { 0: this.environment.texture.createView({ dimension: "cube" }), 1: this.sampler };
+    filtering.draw(encoder, "first_level", at(0), pyramid, 0, incoming);
+    for (let level = 1; level < pyramid.mipLevelCount; level++) {
+      filtering.draw(encoder, "next_level", at(level), pyramid, level, { 2: levelView(pyramid, level - 1) });
+    }
+    const summed = levelView(pyramid, pyramid.mipLevelCount - 1);
+    filtering.draw(encoder, "diffuse", { SIZE: DIFFUSE_ROWS }, this.diffuse.texture, 0, { 2: summed });
+  }
+}
