@@ -13,7 +13,7 @@ demo: .venv/.ready $(VIEWER)
 	$(PY) examples/demo.py out
 
 test: lint .venv/.browser $(VIEWER)
-	$(PY) -m pytest
+	$(PY) -m pytest -n 2 --dist loadfile
 
 lint: .venv/.ready web/node_modules/.ready
 	.venv/bin/ruff check src tests examples benchmarks
