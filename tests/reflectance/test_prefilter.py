@@ -12,7 +12,7 @@ from reflet.errors import RefletError
 from reflet.files.hdr import read_hdr
 from reflet.reflectance.charlie import CharlieKernel
 from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import FILAMENT, LINEAR, ggx_levels
+from reflet.reflectance.ggx_levels import FILAMENT, GEOMETRIC, LINEAR, ggx_levels
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.phong import PhongKernel
@@ -160,7 +160,7 @@ def test_no_light_is_lost_in_the_tree() -> None:
 def test_ggx_levels() -> None:
     levels = ggx_levels(environment(64), CUBE, 64)
     assert [level.size for level in levels] == [64, 32, 16]
-    for scale in (LINEAR, FILAMENT):
+    for scale in (LINEAR, FILAMENT, GEOMETRIC):
         assert [scale.roughness_of_level(k, 5) for k in (0, 4)] == [0.0, 1.0]
         for level in range(5):
             assert scale.lod_from_roughness(scale.roughness_of_level(level, 5), 5) == pytest.approx(level)

@@ -10,7 +10,7 @@ from reflet.envmap.latlong import LatLong
 from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import LINEAR
+from reflet.reflectance.ggx_levels import GEOMETRIC
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.material import Coated, GlossyGgx, GlossyPhong, Mirror
@@ -58,7 +58,7 @@ def test_maps_are_those_of_what_is_shown(live: LiveEnvironment, kind: Parameteri
             assert relative_error(maps.diffuse, image, DiffuseKernel()) < 0.01
         maps = live.maps(GlossyGgx(metallic=1.0, perceptual_roughness=0.5))
         last = maps.reflected.texture.mip_level_count - 1
-        kernel = GgxKernel(LINEAR.roughness_of_level(last, last + 1) ** 2)
+        kernel = GgxKernel(GEOMETRIC.roughness_of_level(last, last + 1) ** 2)
         assert relative_error(maps.reflected, image, kernel, last) < 0.05
         assert maps.roughness == 0.5
 

@@ -8,6 +8,7 @@ from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.reflectance.ggx_levels import GEOMETRIC
 from reflet.reflectance.material import (
     Coated,
     Conductor,
@@ -51,7 +52,7 @@ LEVELS = 3  # of GGX maps from 64 rows to 16
 def ggx_contrast(level: int) -> float:
     """What a level leaves of linear radiance's slope: by midpoints in s = sin²(θ/2), k ∝ cos⁺/(α² + (1 - α²)s)²."""
     s = (np.arange(200_000) + 0.5) / 400_000
-    square = (level / (LEVELS - 1)) ** 4
+    square = GEOMETRIC.roughness_of_level(level, LEVELS) ** 4
     if square == 0.0:
         return 1.0
     density = (1.0 - 2.0 * s) / (square + (1.0 - square) * s) ** 2
@@ -63,7 +64,8 @@ def kept_contrast(material: SurfaceMaterial, cosine: np.ndarray, footprint: np.n
     if isinstance(material, GlossyPhong):
         return np.full_like(footprint, (material.phong_exponent + 1.0) / (material.phong_exponent + 2.0))
     if isinstance(material, GlossyGgx):
-        lod = roughness_over(material.lobe(cosine)[1], footprint) * (LEVELS - 1)
+        roughness = roughness_over(material.lobe(cosine)[1], footprint)
+        lod = [GEOMETRIC.lod_from_roughness(r, LEVELS) for r in roughness]
         return np.interp(lod, range(LEVELS), [ggx_contrast(level) for level in range(LEVELS)])
     return np.ones_like(footprint)
 
@@ -170,3 +172,13 @@ def test_fresnel_weights_stay_twins_at_the_horizon() -> None:
     shader = run(code, [cosine[:, None]], 2)
     specular, diffuse = Coated(1.5, (0.5, 0.5, 0.5)).weights(cosine)
     np.testing.assert_allclose(shader, np.stack([specular[:, 0], diffuse[:, 0]], -1), atol=2e-6)  # test_fresnel_twin
+
+
+def test_the_shader_finds_the_levels_of_roughness() -> None:
+    roughness = np.linspace(0.0, 1.0, 201)
+    shader = run("#import ggx_lod\nout[i] = ggx_lod(in0[i], 4.0);", [roughness[:, None]], 1)[:, 0]
+    wanted = [GEOMETRIC.lod_from_roughness(r, 5) for r in roughness]
+    np.testing.assert_allclose(shader, wanted, atol=2e-5)  # float32's log2
+    # Lobes are √200 times wider two levels on, but for the 0.005 of level 0.
+    alpha = np.array([GEOMETRIC.roughness_of_level(level, 5) for level in range(1, 5)]) ** 2
+    np.testing.assert_allclose(alpha[2:] / alpha[1:-1], 200.0**0.25, rtol=0.01)

@@ -11,7 +11,7 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.latlong import LatLong
 from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import LINEAR
+from reflet.reflectance.ggx_levels import GEOMETRIC
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.phong import PhongKernel
@@ -139,11 +139,11 @@ def test_ggx_of_roughness_1_is_diffuse() -> None:
 
 def test_levels_are_those_of_the_roughness_scale() -> None:
     kernels = ggx_kernels(128)
-    assert len(kernels) == 3
+    assert len(kernels) == 4
     assert kernels[-1] == GgxKernel(1.0)
     for level, kernel in enumerate(kernels, start=1):
         assert isinstance(kernel, GgxKernel)
-        assert LINEAR.lod_from_roughness(np.sqrt(kernel.alpha), 4) == pytest.approx(level)
+        assert GEOMETRIC.lod_from_roughness(np.sqrt(kernel.alpha), 5) == pytest.approx(level)
 
 
 def test_refusals() -> None:

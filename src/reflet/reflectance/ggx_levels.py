@@ -36,6 +36,19 @@ class RoughnessScale:
 LINEAR = RoughnessScale("linear", lambda r: r, lambda share: share)  # glTF Sample Viewer, three.js's idea too
 FILAMENT = RoughnessScale("filament", lambda r: r * (2.0 - r), lambda share: 1.0 - float(np.sqrt(1.0 - share)))
 
+# That of our own renderers: lobes widen as texels do, by the same factor from level to level, so that what lies between
+# is a blend of lobes that differ little. What level 0 blurs counts as a lobe: texels of width w, boxes that are
+# interpolated between, have the variance w²/12 + w²/6, and α² = w²/8 has as much (`material_maps.roughness_over`). An
+# octahedral map of 256 rows has w = √4π/256 and α = 0.005; its levels down to 16 rows are for 0, 0.13, 0.27, 0.52 and
+# 1. So it is α² + 0.005² that grows by one factor from level to level.
+_FINEST = 0.005**2
+_ALL = float(np.log1p(1.0 / _FINEST))
+GEOMETRIC = RoughnessScale(
+    "geometric",
+    lambda r: float(np.log1p(r**4 / _FINEST)) / _ALL,  # twin: ggx_lod.wgsl
+    lambda share: min(float(_FINEST * np.expm1(share * _ALL)) ** 0.25, 1.0),
+)
+
 
 def ggx_levels(
     image: EnvImage,

@@ -12,7 +12,7 @@ from reflet.envmap.octahedral import Octahedral
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.reflectance.brdf_map import BrdfMap3d, brdf_map_3d, rows_for
-from reflet.reflectance.ggx_levels import ggx_levels
+from reflet.reflectance.ggx_levels import GEOMETRIC, ggx_levels
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobes import Lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, SurfaceMaterial
@@ -39,7 +39,7 @@ class EnvironmentMaps:
     RefletError with the first prefiltered map.
     """
 
-    def __init__(self, image: EnvImage, size: int = 128, parameterization: Parameterization | None = None) -> None:
+    def __init__(self, image: EnvImage, size: int = 256, parameterization: Parameterization | None = None) -> None:
         self._size = size
         self._parameterization = parameterization or Octahedral()
         self._image = EnvImage(image.parameterization, np.ascontiguousarray(image.texels[..., :3], np.float32))
@@ -61,8 +61,8 @@ class EnvironmentMaps:
 
     @cached_property
     def ggx(self) -> tuple[EnvImage, ...]:
-        """`ggx_levels`: the LOD of a perceptual_roughness is its share of the last level's."""
-        return ggx_levels(self._image, self._parameterization, self._size)
+        """`ggx_levels`: `GEOMETRIC` says which LOD is for which perceptual_roughness."""
+        return ggx_levels(self._image, self._parameterization, self._size, scale=GEOMETRIC)
 
     def _phong(self, phong_exponent: float) -> tuple[EnvImage, ...]:
         """Filtered with a Phong lobe, by the mirrored direction; with mip levels."""

@@ -7,19 +7,19 @@ import wgpu
 from reflet.envmap.cube import CUBE
 from reflet.errors import RefletError
 from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import LINEAR, RoughnessScale
+from reflet.reflectance.ggx_levels import GEOMETRIC, RoughnessScale
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobe_taps import LobeTaps, lobe_taps
 from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map
 from reflet.render.probe_pyramid import FILLED, DeviceLobe, ProbePyramid
 
-_SMALLEST = 16  # rows of the last level: coarser ones would show their texels
+_SMALLEST = 8  # rows of the last level: texels of an octahedral map's 16 rows; coarser ones would be seen
 
 _DIFFUSE = (DiffuseKernel(), GgxKernel(1.0))  # the same: of alpha 1 GGX's D is constant, and what is left is the cosine
 
 
-def ggx_kernels(size: int, scale: RoughnessScale = LINEAR) -> tuple[GgxKernel, ...]:
+def ggx_kernels(size: int, scale: RoughnessScale = GEOMETRIC) -> tuple[GgxKernel, ...]:
     """The kernels of levels 1 and coarser of a cube of ``size`` rows, by the one relation of roughness and LOD."""
     count = max(size // _SMALLEST, 2).bit_length()
     return tuple(GgxKernel(scale.roughness_of_level(level, count) ** 2) for level in range(1, count))

@@ -1,4 +1,5 @@
 #import map_lookup
+#import ggx_lod
 
 // Bind group 1 of programs that look up a plain env map, at infinity. The host's side is `reflet.render.env_map_texture`.
 //
@@ -45,7 +46,7 @@ fn map_radiance_widened(d: vec3f, dx: vec3f, dy: vec3f, widening: f32) -> vec4f 
   if (env_map.roughness < 0.0) {
     lod = map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod);
   } else {
-    lod = roughness_over(env_map.roughness * widening, d, dx, dy) * env_map.max_lod;
+    lod = ggx_lod(roughness_over(env_map.roughness * widening, d, dx, dy), env_map.max_lod);
   }
   if (BY_HARDWARE) {
     return textureSampleLevel(cube, cube_sampler, d, lod);
