@@ -31,13 +31,13 @@ const template = (scene: ShadedScene): string => `
   <div class="fields"></div>
   <div data-turned>${slider("turn", "Light", -180, 180, 1)}</div>
   <fieldset class="checks" data-lit><label><input type="checkbox" name="backdrop" /><span>backdrop</span></label><span data-lamp><label><input type="checkbox" name="lamp" /><span>lamp</span></label></span></fieldset>
-  <div class="fields" data-lamp-on>
+  <div class="fields" data-lamp-on role="group" aria-label="Lamp">
     ${slider("lamp_azimuth", "Azimuth", -180, 180, 1)}
     ${slider("lamp_elevation", "Elevation", -90, 90, 1)}
     ${slider("lamp_radius", "Radius", 1, 60, 0.5)}
     ${slider("lamp_brightness", "Brightness", -4, 10, 0.1)}
-    <label class="row"><span>Colour</span><input name="lamp_colour" type="color" /></label>
-    <label class="row"><span>Circling</span><input name="lamp_circling" type="checkbox" /></label>
+    <label class="row"><span>Colour</span><input name="lamp_colour" type="color" aria-label="Colour of the lamp" /></label>
+    <fieldset class="checks"><label><input type="checkbox" name="lamp_circling" /><span>circling</span></label></fieldset>
   </div>
   ${exposureSlider}
   ${chooser(
