@@ -56,7 +56,7 @@ def test_export_of_a_mesh_in_an_environment(environment: Path, tmp_path: Path) -
     assert reflet("view", "sphere", environment, "--material", "ggx:0.3", "--export", tmp_path / "site") == 0
     written = extension(tmp_path / "site")
     assert written["materials"] == [{"kind": "ggx", "baseColor": [1, 1, 1], "metallic": 0, "roughness": 0.3}]
-    assert written["environment"]["size"] == 8  # of 16·32/6 texels a face, the power of two that is closest: 9.2²
+    assert written["environment"]["size"] == 64  # the least: a lamp may be painted into it
     assert (tmp_path / "site/scene" / written["environment"]["uri"]).exists()
 
 

@@ -90,10 +90,10 @@ def directions():
     return tuple(levels)
 
 
-def paint(cos_i, cos_o, cos_delta_phi):
+def paint(cos_i, cos_o, delta_phi):
     """Red ground, a broad highlight, and a blue one back to the viewer."""
     sines = np.sqrt((1.0 - cos_i**2) * (1.0 - cos_o**2))
-    mirrored, back = (np.maximum(cos_i * cos_o + side * sines * cos_delta_phi, 0.0) for side in (-1.0, 1.0))
+    mirrored, back = (np.maximum(cos_i * cos_o + side * sines * np.cos(delta_phi), 0.0) for side in (-1.0, 1.0))
     white, blue = np.array([1.0, 1.0, 1.0]), np.array([0.2, 0.4, 1.0])
     return 0.1 * np.array([1.0, 0.3, 0.2]) + (mirrored**20)[..., None] * white + (back**10)[..., None] * blue
 
@@ -178,7 +178,7 @@ def test_frames_equal_the_renderers(seen, folder, drawn, name):
     ("mirror", 80.0),  # the hardware's filter against eight loads: the same but for its rounding; measured 96
     ("coated", 80.0), ("conductor", 80.0),
     ("phong", 34.0), ("phong-sharper", 34.0), ("phong-by-keys", 34.0),  # the paper's hardware method has 36 to 40
-    ("table", 60.0),  # half floats, and a finer diffuse map
+    ("table", 70.0),  # half floats, and a finer diffuse map: measured 78
     ("ggx", 40.0), ("ggx-smoother", 40.0), ("ggx-in-turned-light", 40.0),  # taps, and fewer levels, have 43
 ])  # fmt: skip
 def test_frames_are_close_to_maps_filtered_by_the_cpu(seen, folder, drawn, name, least):

@@ -53,6 +53,7 @@ from reflet.view.static_files import SHADED_EXTENSION
 VERSION = 1
 _BUFFER = "shading.bin"
 _LARGEST = 512  # rows of the cube: 17 MB with all levels
+_SMALLEST = 64  # a lamp of 1° is found in texels of 1.4°, of 16 points each
 _LARGEST_GGX = 256
 _PHONG_SIZE = 128
 
@@ -80,7 +81,7 @@ def write_shaded_scene(
 
     ``materials`` are what the viewer offers first of their kind, each a material or the name of one of ``maps`` or of
     ``tables``: BRDFs by the maps of their lobes, filtered from this environment. It opens with the first. The
-    environment, by default a plain white one, becomes a cube of about its own texels, of at most ``largest`` rows.
+    environment, by default a plain white one, becomes a cube of about its own texels, of 64 to ``largest`` rows.
     Raises RefletError for radiance that is negative or not finite, and for materials that have no form in the viewer.
     """
     folder = Path(folder)
@@ -157,7 +158,7 @@ def material_to_json(material: SurfaceMaterial | str) -> dict[str, Any]:
 def _cube_size(image: EnvImage, largest: int) -> int:
     """Rows of a cube with about as many texels to a right angle, a power of two."""
     directions = np.prod(image.parameterization.shape(image.size)) / 6.0
-    return int(min(largest, 2 ** max(round(0.5 * np.log2(directions)), 0)))
+    return int(min(largest, max(2 ** round(0.5 * np.log2(directions)), _SMALLEST)))
 
 
 def _taps(kernel: Kernel) -> Float32[np.ndarray, "taps 5"]:
