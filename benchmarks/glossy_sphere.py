@@ -85,7 +85,7 @@ def main() -> None:
 
     traced = GlossySphere(EnvironmentLight(image.texels[0, ..., :3]))
     prefilter = Prefilter(image)
-    renderer = MaterialRenderer(sphere_mesh(around=512), EnvironmentMaps(image, size=256))
+    renderer = MaterialRenderer(sphere_mesh(around=512), EnvironmentMaps(image))
     cosine = cosines(CAMERA)
     rows = []
     names = "".join(f"{name:>9s}" for name in ("n=v=r", "single", "shown"))
