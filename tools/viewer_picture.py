@@ -1,6 +1,7 @@
-"""The README's picture of the viewer: .venv/bin/python tools/viewer_picture.py PEM docs/viewer.png
+"""Pictures of the viewer: .venv/bin/python tools/viewer_picture.py SCENE docs/viewer.png [SETTINGS]
 
-Opens the PEM in headless Chromium, which draws by software: minutes, not seconds.
+Opens a scene's folder, a PEM's or what ``reflet view --export`` wrote, in headless Chromium, which draws by software:
+minutes, not seconds. SETTINGS (JSON) are those of docs/viewer.md, "For scripts".
 """
 
 import subprocess
@@ -12,6 +13,6 @@ from reflet.view.server import viewer_server
 WEB = Path(__file__).parents[1] / "web"
 
 if __name__ == "__main__":
-    pem, out = sys.argv[1:]
-    with viewer_server(pem) as address:
-        subprocess.run(["node", WEB / "test/screenshot.mjs", address, Path(out).absolute()], check=True)
+    scene, out, *settings = sys.argv[1:]
+    with viewer_server(scene) as address:
+        subprocess.run(["node", WEB / "test/screenshot.mjs", address, Path(out).absolute(), *settings], check=True)
