@@ -33,6 +33,15 @@ layout_option = click.option(
     type=click.Choice([*LAYOUTS, "openexr"]),
     help="How the faces of a cube lie in a picture; openexr for .exr files as OpenEXR's own tools have them.",
 )
+mips_option = click.option(
+    "--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds."
+)
+texel_format_option = click.option(
+    "--texel-format",
+    type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
+    help="How texels are stored; by default half in textures, float in .exr.",
+)
+zstd_option = click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
 
 
 class Vector(click.ParamType):

@@ -4,7 +4,14 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import PARAMETERIZATION, from_option, layout_option
+from reflet.cli.options import (
+    PARAMETERIZATION,
+    from_option,
+    layout_option,
+    mips_option,
+    texel_format_option,
+    zstd_option,
+)
 from reflet.cli.progress import progress_bar
 
 TABLE = "table:"
@@ -26,13 +33,9 @@ TABLE = "table:"
 @click.option("--size", type=int, help="Rows of a face; by default what suits the BRDF, of cubes 256 at most.")
 @click.option("--levels", type=int, help="Number of levels by roughness; by default those down to 16 rows.")
 @layout_option
-@click.option("--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds.")
-@click.option(
-    "--texel-format",
-    type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
-    help="How texels are stored; by default half in textures, float in .exr.",
-)
-@click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
+@mips_option
+@texel_format_option
+@zstd_option
 @from_option
 @click.option(
     "-o",
