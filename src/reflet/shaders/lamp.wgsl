@@ -1,4 +1,5 @@
 #import parameterization
+#import whole_face
 
 // Programs: a cube with a lamp in it (twin of reflet.envmap.lamp), level by level, from its levels without. Alpha is the
 // lamp's share of a texel: coarser levels take the mean of that, and what else there is stays what it was. Draw three
@@ -20,16 +21,6 @@ struct Lamp {
 @group(0) @binding(0) var alone: texture_2d_array<f32>;
 @group(0) @binding(1) var finer: texture_2d_array<f32>;
 @group(0) @binding(2) var<uniform> lamp: Lamp;
-
-struct Place {
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) face: u32,
-}
-
-@vertex
-fn vertex_face(@builtin(vertex_index) vertex: u32, @builtin(instance_index) face: u32) -> Place {
-  return Place(vec4f(vec2f(f32(vertex & 1u), f32(vertex >> 1u)) * 4.0 - 1.0, 0.0, 1.0), face);
-}
 
 fn lit(in: Place, share: f32) -> vec4f {
   let texel = textureLoad(alone, vec2i(in.position.xy), i32(in.face), 0).rgb;

@@ -1,4 +1,5 @@
 #import map_lookup
+#import whole_face
 
 // Programs: a dual paraboloid filtered with a radially symmetric lobe by shift-invariant filters, every frame
 // [Heidrich00, sec. 3.2.5] (reflet.reflectance.plane_filter). Draw three vertices into a face, instance = face. Textures
@@ -21,16 +22,6 @@ const REACH = 3;
 @group(0) @binding(2) var<uniform> weights: array<vec4f, 13>;  // row by row
 @group(0) @binding(3) var small: texture_2d_array<f32>;
 @group(0) @binding(4) var large: texture_2d_array<f32>;
-
-struct Place {
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) face: u32,
-}
-
-@vertex
-fn vertex_face(@builtin(vertex_index) vertex: u32, @builtin(instance_index) face: u32) -> Place {
-  return Place(vec4f(vec2f(f32(vertex & 1u), f32(vertex >> 1u)) * 4.0 - 1.0, 0.0, 1.0), face);
-}
 
 // With a border, over which the face goes on into the other hemisphere.
 @fragment

@@ -1,4 +1,5 @@
 #import parameterization
+#import whole_face
 
 // Programs: a cube filtered with radially symmetric lobes, every frame, by few taps a texel from a smooth pyramid
 // (reflet.reflectance.lobe_taps, which says what the taps are). The pyramid is a cube whose texels stand at equal angles on
@@ -31,16 +32,6 @@ struct Taps {
 @group(0) @binding(1) var cube_sampler: sampler;
 @group(0) @binding(2) var finer: texture_2d_array<f32>;
 @group(0) @binding(3) var<uniform> lobe: Taps;
-
-struct Place {
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) face: u32,
-}
-
-@vertex
-fn vertex_face(@builtin(vertex_index) vertex: u32, @builtin(instance_index) face: u32) -> Place {
-  return Place(vec4f(vec2f(f32(vertex & 1u), f32(vertex >> 1u)) * 4.0 - 1.0, 0.0, 1.0), face);
-}
 
 // To the nearest half float: some drivers cut off what they store, which would darken level after level.
 fn rounded(value: vec4f) -> vec4f {
