@@ -123,8 +123,8 @@ def correlation(ours, theirs):
 
 
 def cube_of_the_latlong(name):
-    """The lat-long file as a cube that is as fine at its equator, at the samples of a cube of 256."""
-    cube = resample(read_env_image(TWO_PARAM / f"{name}LatLong.exr"), CUBE, 512)
+    """The lat-long file as a cube so fine that it blurs nothing once more, at the samples of a cube of 256."""
+    cube = resample(read_env_image(TWO_PARAM / f"{name}LatLong.exr"), CUBE, 1024)
     return radiance_at(cube, openexr_directions("cube", 256, 1536)).astype(np.float32)
 
 
@@ -133,7 +133,7 @@ def cube_of_the_latlong(name):
     ("name", "least"),
     # the data's own conversion of the capture is at 0.996. Lines two pixels wide tell filters apart: a bilinear lookup
     # of the lat-long file itself, with nothing of ours between, gets 0.994
-    [("KernerEnv", 0.996), ("WavyLines", 0.985)],
+    [("KernerEnv", 0.996), ("WavyLines", 0.990)],
 )
 def test_latlong_becomes_the_cube_that_others_made(tmp_path, name, least):
     """Read, resampled to a cube, written in OpenEXR's layout and compared with the other file sample by sample."""
