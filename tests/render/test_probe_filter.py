@@ -86,7 +86,7 @@ def lamps(direction: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_against_brute_force(level: int) -> None:
     finest = analytic_levels(CUBE, SIZE, lamps)[0]
-    # What 37 taps leave; 32 importance samples leave 0.08 to 0.2 (benchmarks/gpu_prefilter_time.py).
+    # What 49 taps leave; 32 importance samples leave 0.08 to 0.2 (benchmarks/gpu_prefilter_time.py).
     assert error(refiltered(finest), level, finest, KERNELS[level - 1]) < 0.04
 
 

@@ -25,7 +25,7 @@ from scipy.special import i0e
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.phong import PhongKernel
 
-RINGS, PER_RING = 3, 12
+RINGS, PER_RING = 4, 12
 MOST_TAPS = 64  # that shaders have room for
 _LEAST_BLUR = 0.28  # of a ring's angle: twelve blurs half a step wide join to a ring
 _MOST_BLUR = 0.45  # of a ring's angle, or the lobe's half width at half height

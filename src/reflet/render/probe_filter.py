@@ -28,7 +28,7 @@ def ggx_kernels(size: int, scale: RoughnessScale = GEOMETRIC) -> tuple[GgxKernel
 class ProbeFilter:
     """Filters a cube into a half-float cube: level 0 mirrors, level k is filtered with ``kernels[k - 1]``.
 
-    In the manner of [Manson16]: a smooth pyramid (`ProbePyramid`), from which each texel of a level takes up to 37
+    In the manner of [Manson16]: a smooth pyramid (`ProbePyramid`), from which each texel of a level takes up to 49
     hardware-filtered lookups (`lobe_taps`). The diffuse kernel, and GGX's of roughness 1, which is the same, is summed.
 
     ``size`` rows, a power of two; level k has ``size`` >> k. By default the kernels are `ggx_kernels`: sample at
