@@ -87,10 +87,9 @@ class Dielectric(SurfaceMaterial):
 
 
 @dataclass(frozen=True)
-class DielectricOverDiffuse(SurfaceMaterial):
-    """F·Lm + albedo·Ld [Heidrich00, sec. 3.1.1], simply added: may reflect more than came in."""
+class _OverDiffuse(SurfaceMaterial):
+    """A dielectric of this index of refraction over a diffuse surface."""
 
-    kind = 2
     diffuses = True
     index: float
     albedo: Rgb = WHITE
@@ -98,6 +97,13 @@ class DielectricOverDiffuse(SurfaceMaterial):
     def __post_init__(self) -> None:
         _check_index(self.index)
         _check_albedo("albedo", self.albedo)
+
+
+@dataclass(frozen=True)
+class DielectricOverDiffuse(_OverDiffuse):
+    """F·Lm + albedo·Ld [Heidrich00, sec. 3.1.1], simply added: may reflect more than came in."""
+
+    kind = 2
 
     def weights(self, n_dot_v: Cosine) -> Weights:
         """See the class."""
@@ -105,17 +111,10 @@ class DielectricOverDiffuse(SurfaceMaterial):
 
 
 @dataclass(frozen=True)
-class Coated(SurfaceMaterial):
+class Coated(_OverDiffuse):
     """F·Lm + (1 - F)·albedo·Ld [Heidrich00, sec. 3.1.1]: a clear coat over diffuse paint; white paint stays white."""
 
     kind = 3
-    diffuses = True
-    index: float
-    albedo: Rgb = WHITE
-
-    def __post_init__(self) -> None:
-        _check_index(self.index)
-        _check_albedo("albedo", self.albedo)
 
     def weights(self, n_dot_v: Cosine) -> Weights:
         """See the class."""

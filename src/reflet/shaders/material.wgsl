@@ -42,18 +42,25 @@ struct Lobe {
   widening: f32,  // times the map's roughness
 }
 
-// Of a surface of unit normal n that mirrors the unit direction v into r. GGX's lobe leans towards the normal and is wider than
-// the one its map is filtered with (reflet.reflectance.ggx_lobe).
-fn lobe(r: vec3f, n: vec3f, v: vec3f) -> Lobe {
+// A, B, lean and widening of GGX for n·v from 0 to 1; what other materials make of them is nothing.
+fn ggx_at(n_dot_v: f32) -> vec4f {
+  if (material.kind != MATERIAL_GGX) {
+    return vec4f(0.0);
+  }
+  return bilinear(table, vec2f(n_dot_v, material.perceptual_roughness), true);
+}
+
+// Of a surface of unit normal n that mirrors the viewer into the unit direction r. GGX's lobe leans towards the normal and is
+// wider than the one its map is filtered with (reflet.reflectance.ggx_lobe).
+fn lobe(r: vec3f, n: vec3f, ggx: vec4f) -> Lobe {
   if (material.kind != MATERIAL_GGX) {
     return Lobe(r, 1.0);
   }
-  let at = bilinear(table, vec2f(clamp(dot(n, v), 0.0, 1.0), material.perceptual_roughness), true);
-  return Lobe(normalize(mix(r, n, at.z)), at.w);
+  return Lobe(normalize(mix(r, n, ggx.z)), ggx.w);
 }
 
 // Weight of the radiance from the mirrored direction, for n·v from 0 to 1.
-fn specular_weight(n_dot_v: f32) -> vec3f {
+fn specular_weight(n_dot_v: f32, ggx: vec4f) -> vec3f {
   switch (material.kind) {
     case MATERIAL_DIELECTRIC, MATERIAL_DIELECTRIC_OVER_DIFFUSE, MATERIAL_COATED: {
       return vec3f(fresnel_dielectric(material.index, n_dot_v));
@@ -62,9 +69,8 @@ fn specular_weight(n_dot_v: f32) -> vec3f {
       return fresnel_conductor(material.specular, material.k, n_dot_v);
     }
     case MATERIAL_GGX: {
-      let ab = bilinear(table, vec2f(n_dot_v, material.perceptual_roughness), true).xy;
       let f0 = material.specular;
-      return (f0 * ab.x + ab.y) * (1.0 + f0 * (1.0 / (ab.x + ab.y) - 1.0));
+      return (f0 * ggx.x + ggx.y) * (1.0 + f0 * (1.0 / (ggx.x + ggx.y) - 1.0));
     }
     default: {
       return material.specular;
@@ -80,9 +86,9 @@ fn diffuse_weight(specular: vec3f) -> vec3f {
   return material.diffuse;
 }
 
-// Radiance towards the unit direction v that a surface of unit normal n reflects, of the radiance from its `lobe`.
-fn reflected(incident: vec3f, n: vec3f, v: vec3f) -> vec3f {
-  let specular = specular_weight(clamp(dot(n, v), 0.0, 1.0));
+// Radiance that a surface of unit normal n reflects towards the viewer, of the radiance from its `lobe`.
+fn reflected(incident: vec3f, n: vec3f, n_dot_v: f32, ggx: vec4f) -> vec3f {
+  let specular = specular_weight(n_dot_v, ggx);
   var radiance = specular * incident;
   if (DIFFUSES) {
     radiance += diffuse_weight(specular) * sample_map(DIFFUSE_KIND, diffuse_map, 0, env_map.map_from_world * n, 0.0).rgb;

@@ -44,12 +44,14 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
   let ray = at.ray;
   let n = at.n;
   let r = mirrored(ray, n, at.ng);
+  let n_dot_v = clamp(dot(n, -ray), 0.0, 1.0);
+  let ggx = ggx_at(n_dot_v);
   // The hardware's derivatives are differences within a block of 2×2 pixels: drivers differ in which pixel's, and near a
   // triangle's edge the others' are extrapolated. That may move the LOD by a fraction of a level. A map whose levels are
   // filtered copies of each other hardly shows it; a PEM's are not, which is why its LOD has a rule of its own.
   var incident: vec4f;
   if (LOOKUP == LOOKUP_REFLECTION) {
-    let along = lobe(r, n, -ray);
+    let along = lobe(r, n, ggx);
     let d = along.direction;
     incident = env_radiance_widened(d, d + dpdx(d), d + dpdy(d), along.widening);
   } else {
@@ -61,7 +63,7 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
       incident = map_radiance(d, d + footprint, d);
     }
   }
-  return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, -ray), front || DOUBLE_SIDED), 1.0);
+  return vec4f(select(vec3f(0.0), reflected(incident.rgb, n, n_dot_v, ggx), front || DOUBLE_SIDED), 1.0);
 }
 
 // A material given by its lobes. A normal that is interpolated away from the viewer is turned back until it grazes.
