@@ -1,10 +1,13 @@
+import contextlib
 import errno
 import os
+import sys
 
 import pytest
 
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_path, atomic_write, check_writable
+from reflet.files import atomic
+from reflet.files.atomic import atomic_path, atomic_write, check_writable, remove_unfinished
 
 
 def test_writes_the_bytes_into_a_new_folder_and_leaves_nothing_else(tmp_path):
@@ -68,3 +71,45 @@ def test_what_cannot_be_written_is_known_beforehand(tmp_path):
     check_writable(tmp_path / "new" / "b.ktx2")
     assert (tmp_path / "a.ktx2").read_text() == "old"
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.ktx2", "file", "new"]
+
+
+def whole(path):
+    atomic_write(path, b"whole")
+
+
+@pytest.mark.parametrize("action", [whole, check_writable])
+def test_an_interrupt_between_any_two_instructions_leaves_nothing_half_written(tmp_path, action):
+    """Ctrl-C is raised at the first instruction, the second and so on, of this module and of contextlib."""
+    watched = {atomic.__file__, contextlib.__file__}
+    target = tmp_path / "a"
+
+    def interrupted_at(last: int) -> bool:
+        count = 0
+
+        def trace(frame, event, _):
+            nonlocal count
+            if frame.f_code.co_filename not in watched:
+                return None
+            frame.f_trace_opcodes = True
+            count += event == "opcode"
+            if count == last and event == "opcode":
+                raise KeyboardInterrupt
+            return trace
+
+        sys.settrace(trace)
+        try:
+            action(target)
+        except KeyboardInterrupt:
+            return True
+        finally:
+            sys.settrace(None)
+        return False
+
+    last = 1
+    while interrupted_at(last):
+        remove_unfinished()
+        assert os.listdir(tmp_path) in ([], ["a"]), last
+        assert not target.exists() or target.read_bytes() == b"whole", last
+        target.unlink(missing_ok=True)
+        last += 1
+    assert last > 100  # it did stop in the middle

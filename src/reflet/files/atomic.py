@@ -1,8 +1,9 @@
 """Files that appear whole or not at all."""
 
+import atexit
 import errno
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -36,26 +37,36 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     raises, the temporary file is removed; an `OSError` becomes a RefletError that names ``path`` and the reason.
     """
     final = Path(path)
-    temporary: Path | None = None
+    temporary = final.parent / f".{final.stem[:40]}.{secrets.token_hex(4)}.tmp{final.suffix}"
+    # Ctrl-C raises between any two instructions, here as well: the name is noted before the file is made.
+    _unfinished.add(temporary)
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{final.stem[:40]}.", suffix=".tmp" + final.suffix, dir=final.parent)
-        temporary = Path(name)
-        os.close(handle)
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)  # mkstemp made it readable for its owner only; a web server must read it too
         _sync(temporary)
         temporary.replace(final)
-        temporary = None
         _sync(final.parent)
     except OSError as error:
         raise _refusal(final, error) from error
     finally:
-        if temporary is not None:
-            with suppress(OSError):
-                temporary.unlink()
+        _remove(temporary)
+
+
+_unfinished: set[Path] = set()
+
+
+def _remove(temporary: Path) -> None:
+    with suppress(OSError):
+        temporary.unlink(missing_ok=True)
+    _unfinished.discard(temporary)
+
+
+@atexit.register
+def remove_unfinished() -> None:
+    """Removes the temporary files whose own removal was interrupted; the process does so when it ends."""
+    for temporary in tuple(_unfinished):
+        _remove(temporary)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
