@@ -280,9 +280,9 @@ def test_ctrl_c_leaves_nothing(studio: Path, tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, err = process.communicate()
     left = [path.name for path in out.iterdir()]
-    assert (process.returncode, left) in ((130, []), (0, ["big.exr"])), err
-    if process.returncode:
-        assert err.split() == ["Stopped."]
+    assert left in ([], ["big.exr"]), err  # a signal that comes late finds the file whole
+    if not left:
+        assert (process.returncode, err.split()) == (130, ["Stopped."])
 
 
 def test_a_terminal_with_colours_gets_a_picture(studio: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:  # type: ignore[no-untyped-def]
