@@ -1,8 +1,17 @@
-"""Shapes and types of every annotated function are checked while tests run, and only then."""
+"""Shapes and types of every annotated function are checked while tests run, and only then.
+
+What hypothesis tries is the same on every run, however slow the machine.
+"""
 
 from pathlib import Path
 
+from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
+
+settings.register_profile(
+    "reflet", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
+)
+settings.load_profile("reflet")
 
 SOURCE = Path(__file__).parents[1] / "src"
 

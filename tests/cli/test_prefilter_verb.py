@@ -274,7 +274,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(studio: Path, tmp_path: Path) -> Non
     """Some minutes' work, interrupted as soon as the temporary files are there."""
     out = tmp_path / "out"
     command = [
-        sys.executable, "-c", "from reflet.cli.main import main; main()",
+        sys.executable, "-c", "from reflet.cli.start import main; main()",
         "prefilter", studio, "--engine", "gltf", "--size", "2048", "-o", out,
     ]  # fmt: skip
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -207,7 +207,7 @@ def test_nothing_happens_where_nothing_changes() -> None:
     assert resample(image, CUBE, 8) is image
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.sampled_from(sorted(PARAMETERIZATIONS)), st.integers(1, 50), st.integers(1, 4), st.integers(0, 2**32 - 1))
 def test_means_stay_within_what_came(name: str, size: int, channels: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

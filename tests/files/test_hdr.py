@@ -198,7 +198,7 @@ def test_runs_make_files_small(tmp_path):
 component = st.floats(0.0, 2.0**126, width=32)
 
 
-@settings(max_examples=100, derandomize=True, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(st.tuples(component, component, component), min_size=1, max_size=60))
 def test_writing_errs_by_half_a_mantissa_step(tmp_path_factory, colors):
     path = tmp_path_factory.mktemp("hdr") / "a.hdr"

@@ -33,7 +33,7 @@ def need_built_viewer():
 def drive(script, *arguments):
     """Runs a script of web/test."""
     command = ["node", ROOT / "web/test" / script, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
     assert done.returncode == 0, done.stderr
 
 
@@ -43,7 +43,7 @@ def draw(script, folder, requests, out):
         pytest.skip("this Chromium brings no SwiftShader that Vulkan programs can load")
     command = [sys.executable, ROOT / "tests/view" / script, folder, requests, out]
     environment = {**os.environ, "VK_DRIVER_FILES": str(SWIFTSHADER)}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900, check=False)
     assert done.returncode == 0, done.stderr
     frames = np.load(out)
     assert "SwiftShader" in str(frames["adapter"])

@@ -39,7 +39,7 @@ def node(tmp_path_factory):
 
     def run(script, argument):
         command = ["node", f"test/{script}", str(argument)]
-        done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 

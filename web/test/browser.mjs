@@ -19,6 +19,8 @@ const FLAGS = [
   "--use-angle=swiftshader",
 ];
 
+const PATIENCE = 300_000; // ms for any one step: a hang, on a machine however busy
+
 /** Runs `use(page)` in a fresh browser; pictures have `scale` pixels for each of the page's. */
 export async function withPage(use, { width, height, scale }) {
   const profile = await mkdtemp(join(tmpdir(), "reflet-browser-"));
@@ -29,7 +31,9 @@ export async function withPage(use, { width, height, scale }) {
     viewport: { width, height },
     deviceScaleFactor: scale,
     reducedMotion: "reduce",
+    timeout: PATIENCE,
   });
+  context.setDefaultTimeout(PATIENCE);
   try {
     return await use(context.pages()[0] ?? (await context.newPage()));
   } finally {

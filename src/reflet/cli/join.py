@@ -6,7 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, Vector, layout_option
 from reflet.cli.progress import progress_bar
-from reflet.envmap.hemispheres import PROJECTIONS
+from reflet.envmap.projections import PROJECTIONS
 
 
 @click.command(short_help="Join two fisheye or mirror ball pictures into one environment map.")

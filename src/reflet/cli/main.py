@@ -23,6 +23,7 @@ from reflet.cli.sketch import sketch
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning
+from reflet.files.atomic import REASONS
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -85,6 +86,12 @@ def _run(arguments: list[str]) -> int:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "reflet"
         click.echo(f"reflet: {error.format_message()} Try {command} --help.", err=True)
+        return 2
+    except OSError as error:  # what is no file of the user's: compiled functions, temporary folders
+        if error.errno not in REASONS:
+            raise
+        place = error.filename or "Compiled functions (NUMBA_CACHE_DIR) or temporary files (TMPDIR)"
+        click.echo(f"reflet: {place} cannot be written: {REASONS[error.errno]}.", err=True)
         return 2
     except (click.Abort, KeyboardInterrupt):
         click.echo(_stopped(arguments), err=True)

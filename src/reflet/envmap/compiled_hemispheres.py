@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit, prange
 
 from reflet.envmap.compiled_parameterization import direction_at, rate_at
+from reflet.envmap.projections import EQUIDISTANT, EQUISOLID, STEREOGRAPHIC
 
-EQUIDISTANT, EQUISOLID, STEREOGRAPHIC, ORTHOGRAPHIC = range(4)
 RIM = 1.5  # pixels on the edge of a circle that are not read: they mix with the black around, as bilinear lookups do
 _LEAST_BORDER = 1e-9  # radians: a border without width still divides
 

@@ -1,56 +1,27 @@
 """Hemispheres taken separately, by a fisheye lens or in a curved mirror, joined into one map of all directions."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import map_coordinates
 
-from reflet.envmap.compiled_hemispheres import EQUIDISTANT, EQUISOLID, ORTHOGRAPHIC, RIM, STEREOGRAPHIC, join_into
+from reflet.envmap.compiled_hemispheres import RIM, join_into
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_area_octahedral import EqualAreaOctahedral
 from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.parameterization import Directions, Parameterization
+from reflet.envmap.projections import PROJECTIONS, Angles
 from reflet.errors import RefletError
 
 Picture = Float[np.ndarray, "height width channels"]
-Angles = Float[np.ndarray, "*batch"]
 
 DUAL_PARABOLOID = DualParaboloid()
 HALF_TURN = np.diag([-1.0, 1.0, -1.0])  # about +y
 WIDEST_BORDER = float(np.radians(20.0))  # where nothing else is said
 _DIRECTIONS = 128  # squared: those looked at to compare exposures, and whether all are seen
 _DARK = 1e-6  # radiance below this says nothing about exposure
-
-
-@dataclass(frozen=True)
-class Projection:
-    """How far from the middle of a round picture a direction is seen.
-
-    ``radius`` maps the angle to the optical axis in radians to a distance, up to a factor; the picture shows directions
-    up to ``widest_deg`` across. A mirror's picture is taken from the side it shows, hence is not reversed; a lens that
-    looks the same way has +x on its left.
-    """
-
-    radius: Callable[[Angles], Angles]
-    code: int  # its number in compiled kernels
-    is_mirror: bool = False
-    fov_deg: float = 180.0  # the angle across the picture where nothing else is said
-    widest_deg: float = 360.0
-
-
-PROJECTIONS: dict[str, Projection] = {
-    "equidistant": Projection(lambda theta: theta, EQUIDISTANT),
-    "equisolid": Projection(lambda theta: np.sin(0.5 * theta), EQUISOLID),
-    "stereographic": Projection(lambda theta: np.tan(0.5 * theta), STEREOGRAPHIC, widest_deg=350.0),
-    "orthographic": Projection(np.sin, ORTHOGRAPHIC, widest_deg=180.0),
-    # Seen by an orthographic camera: z = (1 - x² - y²)/2 is the stereographic projection [Heidrich00, eq. 8], and on a
-    # ball the normal halves the angle between the axis and the mirrored ray [Heidrich00, sec. 2.1].
-    "paraboloid": Projection(lambda theta: np.tan(0.5 * theta), STEREOGRAPHIC, is_mirror=True, widest_deg=350.0),
-    "mirror_ball": Projection(lambda theta: np.sin(0.5 * theta), EQUISOLID, is_mirror=True, fov_deg=360.0),
-}
 
 
 @dataclass(frozen=True)

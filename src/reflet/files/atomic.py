@@ -10,7 +10,7 @@ from pathlib import Path
 
 from reflet.errors import RefletError
 
-_REASONS = {
+REASONS = {
     errno.ENOSPC: "the disk is full; free some space or choose another folder",
     errno.EDQUOT: "the disk quota is used up; free some space or choose another folder",
     errno.EFBIG: "the system limits how large a file may grow; raise that limit or choose another folder",
@@ -24,7 +24,7 @@ _REASONS = {
 
 
 def _refusal(path: Path, error: OSError) -> RefletError:
-    reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
+    reason = REASONS.get(error.errno or 0, error.strerror or str(error))
     return RefletError(f"{path} cannot be written: {reason}.")
 
 
