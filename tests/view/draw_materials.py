@@ -23,6 +23,7 @@ from reflet.reflectance.map_material import Lookup, MapMaterial
 from reflet.reflectance.material_maps import EnvironmentMaps
 from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
+from reflet.render.brdf_map_filter import BrdfMapFilter
 from reflet.render.device import shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
 from reflet.render.env_map_texture import HALF, create_env_map, upload_env_map
@@ -106,11 +107,13 @@ class Scene:
             return drawn, None
         material = material_of(settings, self.folder)
         environment, diffuse = self.environment, self.diffuse
-        lit = settings["lamp"]["on"] and settings["material"]["kind"] != "table"
-        if lit:
-            environment, diffuse = self.lit(lamp_of(settings["lamp"]))
+        lamp = lamp_of(settings["lamp"]) if settings["lamp"]["on"] else None
+        if lamp is not None:
+            environment, diffuse = self.lit(lamp)
         backdrop = environment if settings["backdrop"] else False
-        by_cpu = None if lit else self.by_cpu.picture(material, camera, backdrop=settings["backdrop"], **common)
+        by_cpu = None
+        if lamp is None or isinstance(material, Measured):
+            by_cpu = self.cpu(lamp).picture(material, camera, backdrop=settings["backdrop"], **common)
         roughness = None
         encoder = self.device.create_command_encoder()
         shown = environment
@@ -119,7 +122,7 @@ class Scene:
         elif isinstance(material, materials.GlossyGgx):
             shown, roughness = self.ggx.refilter(encoder, environment), material.perceptual_roughness
         elif isinstance(material, Measured):
-            shown = self.still.maps(material).reflected
+            shown = self.lobes(encoder, material, environment, lamp is not None)
         self.device.queue.submit([encoder.finish()])
         arguments = {"backdrop": backdrop, "roughness": roughness, **common}
         return self.picture(shown, material, camera, diffuse, **arguments), by_cpu
@@ -132,6 +135,26 @@ class Scene:
         self.pyramid.diffuse(encoder, self.lit_diffuse)
         self.device.queue.submit([encoder.finish()])
         return environment, self.lit_diffuse
+
+    def lobes(self, encoder, material, environment, lit):
+        """A table's maps: those of its file, or filtered here."""
+        still = self.still.maps(material).reflected
+        if not lit:
+            return still
+        filtered = BrdfMapFilter(ProbePyramid(self.device, max(still.size, 16)), material.lobes)
+        filtered.pyramid.fill(encoder, environment)
+        filtered.refilter(encoder)
+        return filtered.result
+
+    def cpu(self, lamp):
+        """The renderer whose maps the CPU filters, from the environment with the lamp at the painter's points."""
+        if lamp is None:
+            return self.by_cpu
+        finest = self.levels[0]
+        share = lamp.share(CUBE.texel_directions(4 * finest.size)[0])
+        share = share.reshape(6, finest.size, 4, finest.size, 4, 1).mean((2, 4))
+        lit = finest.texels[..., :3].astype(np.float32) + share * np.array(lamp.radiance, np.float32)
+        return MaterialRenderer(self.mesh, EnvironmentMaps(EnvImage(CUBE, lit.astype(np.float32))))
 
     def picture(self, shown, material, camera, diffuse=None, **arguments):
         """By the renderer."""

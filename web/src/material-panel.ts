@@ -99,7 +99,7 @@ export class MaterialPanel {
     (this.element.querySelector("[data-turned]") as HTMLElement).hidden = map?.lookup.startsWith("view_") ?? false;
     form.slider("turn", settings.turn, `${settings.turn.toFixed(0)}°`);
     form.input("backdrop").checked = settings.backdrop;
-    this.showLamp(material.kind !== "map" && material.kind !== "table");
+    this.showLamp(material.kind !== "map");
     form.input("curve").value = settings.curve;
     form.showExposure(settings.exposure);
   }

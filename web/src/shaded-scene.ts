@@ -3,14 +3,14 @@
 import { type Orbit, type OrbitDescription, readOrbit } from "./camera";
 import { type ArrayDescription, extensionOf, fetchFile, type Part, readParts, type SceneFile } from "./gltf";
 import { LOOKUPS, type LookupDirection } from "./gpu/material-programs";
-import type { LobeTaps } from "./gpu/probe-filter";
+import type { LobeTaps } from "./gpu/probe-pyramid";
 import { mapLevels } from "./ktx2";
 import type { Material } from "./material";
 import { isParameterization, type MapShape } from "./parameterization";
 import type { Vec3 } from "./vectors";
 
 const EXTENSION = "REFLET_environment_mapped_material";
-const VERSION = 1;
+const VERSION = 2;
 
 /** A map with all its mip levels, in half float. */
 export interface LoadedMap extends MapShape {
@@ -35,6 +35,8 @@ export interface BrdfMap extends LoadedMap {
   readonly name: string;
   readonly slices: number;
   readonly lobes: Table;
+  /** Of each slice, to filter other light. */
+  readonly taps: readonly LobeTaps[];
 }
 
 /** A metal's complex index of refraction n - ik. */
@@ -83,7 +85,7 @@ interface Extension {
   phongSize: number;
   metals: Metal[];
   maps: (MapDescription & { name: string; lookup: string })[];
-  tables: (MapDescription & { name: string; slices: number; lobes: ArrayDescription })[];
+  tables: (MapDescription & { name: string; slices: number; lobes: ArrayDescription; taps: ArrayDescription[] })[];
   materials: [Shown, ...Shown[]];
 }
 
@@ -103,12 +105,13 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
     const [rows, columns] = array.shape as [number, number];
     return { rows, columns, values: await files.array(Float32Array, array) };
   };
+  const lists = (of: ArrayDescription[]) => Promise.all(of.map((each) => files.array(Float32Array, each)));
   const [parts, environment, diffuse, dfg, lobes, maps, tables] = await Promise.all([
     readParts(scene, new Set([0])),
     map(extension.environment),
     map(extension.diffuse),
     table(extension.dfg),
-    Promise.all(extension.ggx.lobes.map((lobe) => files.array(Float32Array, lobe))),
+    lists(extension.ggx.lobes),
     Promise.all(
       extension.maps.map(async ({ name, lookup, ...rest }) => {
         const direction = LOOKUPS.find((known) => known === lookup);
@@ -117,9 +120,9 @@ export async function readShadedScene(scene: SceneFile): Promise<ShadedScene | u
       }),
     ),
     Promise.all(
-      extension.tables.map(async ({ name, slices, lobes: axes, ...rest }) => {
-        const [slicesOf, lobesOf] = await Promise.all([map(rest, slices), table(axes)]);
-        return { ...slicesOf, name, slices, lobes: lobesOf };
+      extension.tables.map(async ({ name, slices, lobes: axes, taps, ...rest }) => {
+        const [slicesOf, lobesOf, tapsOf] = await Promise.all([map(rest, slices), table(axes), lists(taps)]);
+        return { ...slicesOf, name, slices, lobes: lobesOf, taps: tapsOf };
       }),
     ),
   ]);

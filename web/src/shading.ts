@@ -16,7 +16,7 @@ export interface ShadingSettings {
   material: Shown;
   /** Degrees by which the environment is turned about the vertical, counter-clockwise seen from above. */
   turn: number;
-  /** Added to the environment; tables and drawings do without. */
+  /** Added to the environment; drawings do without. */
   lamp: LampSettings;
   backdrop: boolean;
   exposure: number;
@@ -112,7 +112,7 @@ export class Shading extends Player {
 
   private get lampShows(): boolean {
     const { lamp, material } = this.settings;
-    return lamp.on && material.kind !== "map" && material.kind !== "table";
+    return lamp.on && material.kind !== "map";
   }
 
   /** Drawings are no light: they are shown as they are, unless the exposure is changed. */

@@ -16,6 +16,7 @@ Blurs are kept narrower than the lobe, for a level's texels are no true blurs, b
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -38,11 +39,15 @@ _SOLID_ANGLE = -2.0 * np.pi * np.diff(np.cos(_EDGE))
 
 @dataclass(frozen=True)
 class LobeTaps:
-    """Unit directions around +z, standard deviations per axis in radians, and weights whose sum is 1."""
+    """Unit directions around +z, standard deviations per axis in radians, and weights.
+
+    Weights are one for all channels, their sum 1, or three for each tap, for red, green and blue, whose sum is what the
+    lobe reflects.
+    """
 
     direction: Float[np.ndarray, "taps 3"]
     blur: Float[np.ndarray, "taps"]
-    weight: Float[np.ndarray, "taps"]
+    weight: Float[np.ndarray, "taps *channels"]
 
 
 def lobe_taps(kernel: Kernel) -> LobeTaps:
@@ -50,23 +55,63 @@ def lobe_taps(kernel: Kernel) -> LobeTaps:
 
     Takes a tenth of a second.
     """
-    density = _density(kernel)
-    half_width = float(_ANGLE[density >= 0.5 * density.max()].max())
+    density = density_over_bins(kernel)[:, None]
+    search = RingSearch(density)
+    angle, blur = search.rings(search.least(search.start(), 1000))
+    return taps_of_rings(angle, blur, ring_weights(density, angle, blur)[0][:, 0])
 
-    def rings(free: Float[np.ndarray, "free"]) -> tuple[np.ndarray, np.ndarray]:
-        angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[:RINGS])), 3.0)])
-        most = np.minimum(_WIDEST_BLUR, np.maximum(_MOST_BLUR * angle, _MOST_BLUR * half_width))
-        return angle, np.clip(np.exp(free[RINGS:]), np.minimum(_LEAST_BLUR * angle, most), most)
 
-    def distance(free: Float[np.ndarray, "free"]) -> float:
-        return _weights(density, *rings(free))[1]
+@dataclass(frozen=True, eq=False)
+class RingSearch:
+    """Rings and blurs for a lobe's ``density``, in each channel as `density_over_bins` gives it.
 
-    shares = np.cumsum(density * _SOLID_ANGLE)
-    start = np.interp(np.arange(1, RINGS + 1) / (RINGS + 1), shares, _ANGLE)
-    free = np.log(np.concatenate([np.diff(start, prepend=0.0) + 1e-4, [0.5 * start[0]], _MOST_BLUR * start]))
-    found = minimize(distance, free, method="Nelder-Mead", options={"maxfev": 1000, "xatol": 1e-2, "fatol": 1e-4})
-    angle, blur = rings(found.x)
-    return _taps(angle, blur, _weights(density, angle, blur)[0])
+    It goes over ``free``: logarithms of the steps from ring to ring, then of the middle's and the rings' blurs.
+    """
+
+    density: Float[np.ndarray, "angles channels"]
+    count: int = RINGS
+
+    def start(self) -> Float[np.ndarray, "free"]:
+        """Rings that share the lobe out evenly."""
+        return self._from_rings(self._even(self.density.mean(1) * _SOLID_ANGLE, self.count))
+
+    def start_with_floor(self) -> Float[np.ndarray, "free"]:
+        """The last ring far out, for lobes of which a part lies beyond three half widths, broad and dim."""
+        light = self.density.mean(1) * _SOLID_ANGLE
+        far = np.where(3.0 * self._half_width < _ANGLE, light, 0.0)
+        if far.sum() < 1e-3:
+            return self.start()
+        ring = self._even(light - far, self.count - 1)
+        return self._from_rings(np.append(ring, max(float(far @ _ANGLE / far.sum()), ring[-1] + 0.01)))
+
+    @staticmethod
+    def _even(light: Float[np.ndarray, "angles"], count: int) -> Float[np.ndarray, "rings"]:
+        return np.interp(np.arange(1, count + 1) / (count + 1), np.cumsum(light) / light.sum(), _ANGLE)
+
+    @staticmethod
+    def _from_rings(ring: Float[np.ndarray, "rings"]) -> Float[np.ndarray, "free"]:
+        return np.log(np.concatenate([np.diff(ring, prepend=0.0) + 1e-4, [0.5 * ring[0]], _MOST_BLUR * ring]))
+
+    def rings(self, free: Float[np.ndarray, "free"]) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and blurs, the middle's first, within the limits of the module."""
+        angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[: self.count])), 3.0)])
+        most = np.minimum(_WIDEST_BLUR, np.maximum(_MOST_BLUR * angle, _MOST_BLUR * self._half_width))
+        return angle, np.clip(np.exp(free[self.count :]), np.minimum(_LEAST_BLUR * angle, most), most)
+
+    @cached_property
+    def _half_width(self) -> float:
+        """Of the narrowest channel."""
+        high = self.density >= 0.5 * self.density.max(0)
+        return float(np.where(high, _ANGLE[:, None], 0.0).max(0).min())
+
+    def distance(self, free: Float[np.ndarray, "free"]) -> float:
+        """What the best weights leave, the mean of all channels."""
+        return float(ring_weights(self.density, *self.rings(free))[1].mean())
+
+    def least(self, start: Float[np.ndarray, "free"], most_steps: int) -> Float[np.ndarray, "free"]:
+        """Where the distance is least, as far as so many steps of the search lead from ``start``."""
+        options = {"maxfev": most_steps, "xatol": 1e-2, "fatol": 1e-4}
+        return np.asarray(minimize(self.distance, start, method="Nelder-Mead", options=options).x)
 
 
 def phong_taps(phong_exponent: float) -> LobeTaps:
@@ -79,27 +124,30 @@ def phong_taps(phong_exponent: float) -> LobeTaps:
     kernel = PhongKernel(phong_exponent)
     scale = 1.0 / np.sqrt(phong_exponent + 1.0)
     ring, blur = _PHONG_RING * scale, np.minimum(_PHONG_BLUR * scale, _WIDEST_BLUR)
-    return _taps(ring, blur, _weights(_density(kernel), ring, blur)[0])
+    return taps_of_rings(ring, blur, ring_weights(density_over_bins(kernel)[:, None], ring, blur)[0][:, 0])
 
 
-def _density(kernel: Kernel) -> Float[np.ndarray, "angles"]:
-    """The kernel over the bins; their sum is 1."""
+def density_over_bins(kernel: Kernel) -> Float[np.ndarray, "angles"]:
+    """The kernel at the angles that the search looks at, each of which stands for a bin; its integral is 1."""
     density = kernel.density(np.sin(0.5 * _ANGLE) ** 2)
     return np.asarray(density / np.sum(density * _SOLID_ANGLE))
 
 
-def _weights(
-    density: Float[np.ndarray, "angles"], ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"]
-) -> tuple[Float[np.ndarray, "rings"], float]:
-    """The rings' weights, with sum 1, and the distance that is left."""
+def ring_weights(
+    density: Float[np.ndarray, "angles channels"], ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"]
+) -> tuple[Float[np.ndarray, "rings channels"], Float[np.ndarray, "channels"]]:
+    """The rings' weights for each channel, with sum 1, and the distances that are left."""
     rings = _ring_density(ring, blur)
-    importance = np.sqrt(_SOLID_ANGLE / (1e-2 * density + 1e-4))
-    for _ in range(3):
-        weight, _ = nnls(rings * importance[:, None], density * importance)
-        apart = np.abs(rings @ weight - density)
-        importance = np.sqrt(_SOLID_ANGLE / (apart + 1e-2 * density + 1e-4))
-    weight = weight / weight.sum()
-    return weight, float(np.sum(np.abs(rings @ weight - density) * _SOLID_ANGLE))
+    weights, distances = np.empty((len(ring), density.shape[1])), np.empty(density.shape[1])
+    for c, wanted in enumerate(density.T):
+        floor = 1e-2 * wanted + 1e-4
+        importance = np.sqrt(_SOLID_ANGLE / floor)
+        for _ in range(3):
+            weight, _ = nnls(rings * importance[:, None], wanted * importance)
+            importance = np.sqrt(_SOLID_ANGLE / (np.abs(rings @ weight - wanted) + floor))
+        weights[:, c] = weight / weight.sum()
+        distances[c] = np.abs(rings @ weights[:, c] - wanted) @ _SOLID_ANGLE
+    return weights, distances
 
 
 def _ring_density(
@@ -113,13 +161,14 @@ def _ring_density(
     return np.asarray(scale * np.exp(across + along) * i0e(along))  # i0e is I₀ times exp(-along)
 
 
-def _taps(
-    ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"], weight: Float[np.ndarray, "rings"]
+def taps_of_rings(
+    ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"], weight: Float[np.ndarray, "rings *channels"]
 ) -> LobeTaps:
     """Every other ring is turned by half a step."""
-    count = np.where(weight > 0.0, np.where(ring == 0.0, 1, PER_RING), 0)
+    used = weight.reshape(len(ring), -1).max(1) > 0.0
+    count = np.where(used, np.where(ring == 0.0, 1, PER_RING), 0)
     of = np.repeat(np.arange(len(ring)), count)
     step = np.concatenate([np.arange(each) for each in count]) + 0.5 * (of % 2)
     phi, theta = 2.0 * np.pi * step / PER_RING, ring[of]
     direction = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-    return LobeTaps(direction, blur[of], weight[of] / count[of])
+    return LobeTaps(direction, blur[of], (weight.T / np.maximum(count, 1)).T[of])

@@ -26,18 +26,22 @@ def upload_brdf_map(device: wgpu.GPUDevice, maps: BrdfMap3d) -> BrdfMapTexture:
     """16 bytes a texel, and a third more for mip levels. Raises RefletError for more layers than the device has."""
     images = [image for slices in maps.slices for image in slices] or [maps.diffuse]
     parameterization, size = images[0].parameterization, images[0].size
-    layers = len(images) * parameterization.face_count
+    check_layers(device, len(images) * parameterization.face_count)
+    levels = [mip_images(image) for image in images]
+    slices = create_env_map(device, parameterization, size, len(levels[0]), FULL, map_count=len(images))
+    for number, image_levels in enumerate(levels):
+        _write(slices, number * parameterization.face_count, image_levels)
+    return BrdfMapTexture(slices, upload_env_map(device, (maps.diffuse,)))
+
+
+def check_layers(device: wgpu.GPUDevice, layers: int) -> None:
+    """Raises RefletError for more than the device has."""
     most = device.limits["max-texture-array-layers"]
     if layers > most:
         raise RefletError(
             f"The maps of this BRDF need {layers} texture layers, and the device has {most}; ask for fewer view angles "
             "or lobes, or for a parameterization of one face, such as octahedral."
         )
-    levels = [mip_images(image) for image in images]
-    slices = create_env_map(device, parameterization, size, len(levels[0]), FULL, map_count=len(images))
-    for number, image_levels in enumerate(levels):
-        _write(slices, number * parameterization.face_count, image_levels)
-    return BrdfMapTexture(slices, upload_env_map(device, (maps.diffuse,)))
 
 
 def _write(target: EnvMapTexture, first_layer: int, levels: tuple[EnvImage, ...]) -> None:

@@ -9,9 +9,11 @@ from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.resample import resample
 from reflet.errors import RefletError
 from reflet.reflectance.lobe_taps import phong_taps
+from reflet.reflectance.lobes import Lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, SurfaceMaterial
 from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
+from reflet.render.brdf_map_filter import BrdfMapFilter
 from reflet.render.device import shared_device
 from reflet.render.device_maps import DeviceMaps
 from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
@@ -19,7 +21,7 @@ from reflet.render.lamp import LampPainter
 from reflet.render.map_levels import MapLevels
 from reflet.render.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.probe_filter import ProbeFilter
-from reflet.render.probe_pyramid import FILLED, DeviceLobe, ProbePyramid
+from reflet.render.probe_pyramid import FILLED, DeviceLobes, ProbePyramid
 from reflet.render.warp import Warp
 
 _DIFFUSE_SIZE = 16  # rows: interpolated, the smooth diffuse map errs by some (0.1)²/8
@@ -31,8 +33,9 @@ class LiveEnvironment:
 
     Nothing comes back to the CPU, and only what a material looks up is filtered, again when the environment or the
     exponent has changed: GGX by `ProbeFilter`; Phong, whose exponent may be new in every frame, from the same pyramid,
-    or, with ``by_paraboloids``, by the paper's hardware method (`PhongParaboloidFilter`); diffuse light summed from
-    the pyramid. The first GGX material takes some tenths of a second, to find its taps.
+    or, with ``by_paraboloids``, by the paper's hardware method (`PhongParaboloidFilter`); the slices of a measured
+    BRDF's lobes by `BrdfMapFilter`; diffuse light summed from the pyramid. The first GGX material takes some tenths of
+    a second, to find its taps, and each measured one, of which the last is remembered, a tenth a slice.
 
     ``size`` rows (a power of two from 16 on) has the cube that is filtered. An environment that is no half-float cube
     is drawn as one first. Memory: some 400·size² bytes.
@@ -44,10 +47,11 @@ class LiveEnvironment:
         self.device = device or shared_device()
         self._pyramid = ProbePyramid(self.device, size)
         self._ggx: ProbeFilter | None = None
+        self._brdf_map: BrdfMapFilter | None = None
         self._paraboloids = PhongParaboloidFilter(self.device, 2 * size) if by_paraboloids else None
         self._phong = create_env_map(self.device, CUBE, size // 2, (size // 2).bit_length(), HALF, _DRAWN)
         self._phong_levels = MapLevels(self.device, self._phong)
-        self._phong_lobe = DeviceLobe(self.device, size, phong_taps(1.0))
+        self._phong_lobe = DeviceLobes(self.device, size, [phong_taps(1.0)])
         self._diffuse = create_env_map(self.device, CUBE, _DIFFUSE_SIZE, 1, HALF, FILLED)
         self._drawn = create_env_map(self.device, CUBE, size, size.bit_length(), HALF, _DRAWN)
         self._warp = Warp(self.device, self._drawn)
@@ -83,10 +87,8 @@ class LiveEnvironment:
     def maps(self, material: SurfaceMaterial) -> DeviceMaps:
         """What ``material`` looks up. Its textures hold that until the next call.
 
-        Raises RefletError before an environment is shown, and for measured materials.
+        Raises RefletError before an environment is shown.
         """
-        if isinstance(material, Measured):
-            raise RefletError("A measured material's maps are filtered on the CPU; show it in a still environment.")
         environment = self.environment
         encoder = self.device.create_command_encoder()
         reflected, roughness = environment, None
@@ -94,6 +96,8 @@ class LiveEnvironment:
             reflected = self._filtered_with_phong(encoder, material.phong_exponent)
         elif isinstance(material, GlossyGgx):
             reflected, roughness = self._filtered_with_ggx(encoder), material.perceptual_roughness
+        elif isinstance(material, Measured):
+            reflected = self._filtered_with_lobes(encoder, material.lobes)
         diffuse = self._filtered_diffusely(encoder) if material.diffuses else None
         self.device.queue.submit([encoder.finish()])
         return DeviceMaps(reflected, roughness, diffuse)
@@ -103,7 +107,7 @@ class LiveEnvironment:
             return self._paraboloids.refilter(encoder, self.environment, PhongKernel(phong_exponent))
         if self._is_new("phong") or phong_exponent != self._phong_exponent:
             self._fill_pyramid(encoder)
-            self._phong_lobe.write(phong_taps(phong_exponent))
+            self._phong_lobe.write([phong_taps(phong_exponent)])
             self._pyramid.filter(encoder, self._phong_lobe, self._phong)
             self._phong_levels.fill(encoder)
             self._phong_exponent = phong_exponent
@@ -116,6 +120,15 @@ class LiveEnvironment:
             self._fill_pyramid(encoder)
             self._ggx.filter_levels(encoder, self._cube(encoder))
         return self._ggx.result
+
+    def _filtered_with_lobes(self, encoder: wgpu.GPUCommandEncoder, lobes: Lobes) -> EnvMapTexture:
+        if self._brdf_map is None or self._brdf_map.lobes is not lobes:
+            self._brdf_map = BrdfMapFilter(self._pyramid, lobes)
+            self._done.discard("lobes")
+        if self._is_new("lobes"):
+            self._fill_pyramid(encoder)
+            self._brdf_map.refilter(encoder)
+        return self._brdf_map.result
 
     def _filtered_diffusely(self, encoder: wgpu.GPUCommandEncoder) -> EnvMapTexture:
         if self._is_new("diffuse"):

@@ -12,7 +12,7 @@ from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobe_taps import LobeTaps, lobe_taps
 from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map
-from reflet.render.probe_pyramid import FILLED, DeviceLobe, ProbePyramid
+from reflet.render.probe_pyramid import FILLED, DeviceLobes, ProbePyramid
 
 _SMALLEST = 8  # rows of the last level: texels of an octahedral map's 16 rows; coarser ones would be seen
 
@@ -52,12 +52,12 @@ class ProbeFilter:
             )
         self.result = create_env_map(device, CUBE, size, len(kernels) + 1, HALF, FILLED)
         self._lobes = [
-            None if kernel in _DIFFUSE else DeviceLobe(device, size, lobe_taps(kernel)) for kernel in kernels
+            None if kernel in _DIFFUSE else DeviceLobes(device, size, [lobe_taps(kernel)]) for kernel in kernels
         ]
 
     def set_lobe(self, mip_level: int, lobe: LobeTaps) -> None:
         """Filters a level, from 1, with another lobe from now on."""
-        self._lobes[mip_level - 1] = DeviceLobe(self.pyramid.device, self.size, lobe)
+        self._lobes[mip_level - 1] = DeviceLobes(self.pyramid.device, self.size, [lobe])
 
     def refilter(self, encoder: wgpu.GPUCommandEncoder, source: EnvMapTexture) -> EnvMapTexture:
         """The passes that filter a half-float cube, with mip levels if it is larger."""

@@ -1,5 +1,7 @@
 """The smooth pyramid that cubes are prefiltered from on the device."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import wgpu
 
@@ -10,7 +12,8 @@ from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map
 from reflet.render.face_passes import FacePasses, one_level
 
 FILLED = wgpu.TextureUsage.RENDER_ATTACHMENT
-_TAP = np.dtype([("direction", "f4", 3), ("lod", "f4"), ("weight", "f4"), ("padding", "f4", 3)])
+_TAP = np.dtype([("direction", "f4", 3), ("lod", "f4"), ("weight", "f4", 3), ("padding", "f4")])
+_LOBE = np.dtype([("reflected", "f4", 3), ("count", "u4"), ("taps", _TAP, MOST_TAPS)])
 # Standard deviation, in texels, of what a lookup sees of a level: the quadratic B-spline that the pyramid tends to has
 # 1/4 texel² an axis, bilinear interpolation 1/6 on the mean; lookups between two levels mix them.
 _BLUR_OF_TEXELS = 0.6
@@ -50,11 +53,24 @@ class ProbePyramid:
         self._passes.draw(encoder, "mirrored", target.texture, mip_level, incoming, SIZE=target.size >> mip_level)
 
     def filter(
-        self, encoder: wgpu.GPUCommandEncoder, lobe: "DeviceLobe", target: EnvMapTexture, mip_level: int = 0
+        self, encoder: wgpu.GPUCommandEncoder, lobes: "DeviceLobes", target: EnvMapTexture, mip_level: int = 0
     ) -> None:
-        """A level of a cube with the pyramid's light filtered with a lobe."""
-        bound = {0: self._texture.create_view(dimension="cube"), 1: self._sampler, 3: {"buffer": lobe.buffer}}
-        self._passes.draw(encoder, "prefiltered", target.texture, mip_level, bound, SIZE=target.size >> mip_level)
+        """A level of a map of any parameterization with the pyramid's light filtered with a lobe.
+
+        Or of several maps one after the other in the target's layers, as many as there are ``lobes``.
+        """
+        bound = {0: self._texture.create_view(dimension="cube"), 1: self._sampler, 3: {"buffer": lobes.buffer}}
+        kind = target.parameterization.kind
+        self._passes.draw(
+            encoder, "prefiltered", target.texture, mip_level, bound, SIZE=target.size >> mip_level, KIND=kind
+        )
+
+    def coarser(self, encoder: wgpu.GPUCommandEncoder, target: EnvMapTexture) -> None:
+        """All other mip levels of such maps."""
+        kind = target.parameterization.kind
+        for level in range(1, target.texture.mip_level_count):
+            bound: dict[int, object] = {2: one_level(target.texture, level - 1)}
+            self._passes.draw(encoder, "coarser_map", target.texture, level, bound, KIND=kind)
 
     def diffuse(self, encoder: wgpu.GPUCommandEncoder, target: EnvMapTexture, mip_level: int = 0) -> None:
         """A level of a cube with the light that reaches surfaces by their normal, irradiance/π: sums over all light.
@@ -66,23 +82,25 @@ class ProbePyramid:
         self._passes.draw(encoder, "diffuse", target.texture, mip_level, bound, SIZE=target.size >> mip_level)
 
 
-class DeviceLobe:
-    """Taps of a pyramid of ``size`` rows, on the device."""
+class DeviceLobes:
+    """Taps of a pyramid of ``size`` rows, on the device: of one lobe, or of one after the other."""
 
-    def __init__(self, device: wgpu.GPUDevice, size: int, lobe: LobeTaps) -> None:
+    def __init__(self, device: wgpu.GPUDevice, size: int, lobes: Sequence[LobeTaps]) -> None:
         self._queue, self._size = device.queue, size
-        usage = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
-        self.buffer = device.create_buffer(size=16 + MOST_TAPS * _TAP.itemsize, usage=usage)
-        self.write(lobe)
+        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
+        self.buffer = device.create_buffer(size=len(lobes) * _LOBE.itemsize, usage=usage)
+        self.write(lobes)
 
-    def write(self, lobe: LobeTaps) -> None:
-        """Another lobe, for what is submitted from now on."""
-        taps = np.zeros(MOST_TAPS, _TAP)
-        some = taps[: len(lobe.weight)]
-        some["direction"], some["weight"] = lobe.direction, lobe.weight
-        some["lod"] = np.log2(lobe.blur / _BLUR_OF_TEXELS * (2.0 * self._size / np.pi))
-        head = np.array([len(some), 0, 0, 0], np.uint32)
-        self._queue.write_buffer(self.buffer, 0, head.tobytes() + taps.tobytes())
+    def write(self, lobes: Sequence[LobeTaps]) -> None:
+        """As many others, for what is submitted from now on."""
+        packed = np.zeros(len(lobes), _LOBE)
+        for one, lobe in zip(packed, lobes, strict=True):
+            weight = lobe.weight.reshape(len(lobe.blur), -1)  # of one channel or three
+            one["reflected"], one["count"] = weight.sum(0), len(weight)
+            some = one["taps"][: len(weight)]
+            some["direction"], some["weight"] = lobe.direction, weight
+            some["lod"] = np.log2(lobe.blur / _BLUR_OF_TEXELS * (2.0 * self._size / np.pi))
+        self._queue.write_buffer(self.buffer, 0, packed.tobytes())
 
 
 def _check(source: EnvMapTexture) -> None:

@@ -212,6 +212,11 @@ fn sampling_rate(kind: u32, d: vec3f) -> f32 {
   }
 }
 
+// Array layers that a map takes.
+fn face_count(kind: u32) -> i32 {
+  return select(select(1, 2, kind == DUAL_PARABOLOID), 6, kind == CUBE);
+}
+
 // (column, row, face) of the texel at a place up to one texel outside a face of `size` rows: the neighbour over the seam.
 // The face is -1 where there is none: beyond a cube's corner.
 fn across_seams(kind: u32, face: i32, texel: vec2i, size: i32) -> vec3i {

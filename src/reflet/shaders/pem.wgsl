@@ -65,11 +65,6 @@ fn local_texel(l: Lookup, k: u32) -> vec4f {
   return sample_map(kind, local_maps, slot * face_count(kind), in_map(kind, l.direction, k), l.lod);
 }
 
-// Array layers a map takes.
-fn face_count(kind: u32) -> i32 {
-  return select(1, 2, kind == DUAL_PARABOLOID);
-}
-
 // A direction in the frame of the map of blended sample k.
 fn in_map(kind: u32, d: vec3f, k: u32) -> vec3f {
   if (kind == GAZING_BALL) {

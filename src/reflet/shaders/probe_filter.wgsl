@@ -5,14 +5,16 @@
 // (reflet.reflectance.lobe_taps, which says what the taps are). The pyramid is a cube whose texels stand at equal angles on
 // each face: nearly of one size, so that one lobe serves everywhere. It holds radiance, and in alpha the solid angle that
 // it stands for: the product is flux, of which none is lost or made on the way to coarser levels. Draw three vertices into
-// a face, instance = face.
+// a face, instance = face. What is filtered may be maps of any parameterization, one after the other: a map for each lobe.
 //
 //   bind group 0   first_level, mirrored   0 texture_cube<f32>: the cube that comes   1 filtering sampler
 //                  next_level    2 texture_2d_array<f32>: the level above alone
-//                  prefiltered   0 texture_cube<f32>: the pyramid   1 filtering sampler   3 uniform Taps
+//                  prefiltered   0 texture_cube<f32>: the pyramid   1 filtering sampler   3 storage: Lobes
+//                  coarser_map   2 texture_2d_array<f32>: the level above alone of maps that are filtered
 //                  diffuse       2 texture_2d_array<f32>: a level of the pyramid alone, of MOST_ROWS rows at most
 
 override SIZE: f32 = 1.0;  // rows of what is drawn
+override KIND: u32 = CUBE;  // and its parameterization: of maps that are filtered
 
 const MOST_TAPS = 64;
 const MOST_ROWS = 16;
@@ -20,10 +22,11 @@ const MOST_ROWS = 16;
 struct Tap {
   direction: vec3f,  // around +z
   lod: f32,  // in a face's middle
-  weight: f32,
+  weight: vec3f,  // of red, green and blue
 }
 
-struct Taps {
+struct Lobe {
+  reflected: vec3f,  // ∫ k dω
   count: u32,
   taps: array<Tap, MOST_TAPS>,
 }
@@ -31,7 +34,7 @@ struct Taps {
 @group(0) @binding(0) var cube: texture_cube<f32>;
 @group(0) @binding(1) var cube_sampler: sampler;
 @group(0) @binding(2) var finer: texture_2d_array<f32>;
-@group(0) @binding(3) var<uniform> lobe: Taps;
+@group(0) @binding(3) var<storage, read> lobes: array<Lobe>;
 
 // To the nearest half float: some drivers cut off what they store, which would darken level after level.
 fn rounded(value: vec4f) -> vec4f {
@@ -95,24 +98,44 @@ fn mirrored(in: Place) -> @location(0) vec4f {
   return rounded(textureSampleLevel(cube, cube_sampler, d, lod));
 }
 
-// The mean of taps around the texel's direction.
+// The mean of taps around the texel's direction, times what the lobe reflects.
 @fragment
 fn prefiltered(in: Place) -> @location(0) vec4f {
-  let r = map_direction(CUBE, in.face, in.position.xy / SIZE);
-  let across = from_cube_face(in.face, vec3f(1.0, 0.0, 0.0));
+  let faces = u32(face_count(KIND));
+  let k = in.face / faces;
+  let r = map_direction(KIND, in.face % faces, in.position.xy / SIZE);
+  let across = from_cube_face(cube_face(r), vec3f(1.0, 0.0, 0.0));
   let right = normalize(across - dot(across, r) * r);
   let down = cross(r, right);
-  var sum = vec4f(0.0);
-  for (var k = 0u; k < lobe.count; k++) {
-    let tap = lobe.taps[k];
+  var sum = vec3f(0.0);
+  var total = vec3f(0.0);
+  for (var t = 0u; t < lobes[k].count; t++) {
+    let tap = lobes[k].taps[t];
     let d = tap.direction.x * right + tap.direction.y * down + tap.direction.z * r;
     let face = cube_face(d);
     let q = in_cube_face(face, d);
     let st = q.xy / q.z;
     let place = from_cube_face(face, vec3f(4.0 / MAP_PI * atan(st), 1.0));
-    sum += tap.weight / solid_angle(st) * flux(textureSampleLevel(cube, cube_sampler, place, tap.lod));
+    let light = flux(textureSampleLevel(cube, cube_sampler, place, tap.lod));
+    let weight = tap.weight / solid_angle(st);
+    sum += weight * light.rgb;
+    total += weight * light.a;
   }
-  return vec4f(mean(sum).rgb, 1.0);
+  return rounded(vec4f(lobes[k].reflected * sum / max(total, vec3f(1e-20)), 1.0));
+}
+
+// The next mip level of maps that are filtered: means by the solid angles of texels.
+@fragment
+fn coarser_map(in: Place) -> @location(0) vec4f {
+  let faces = u32(face_count(KIND));
+  let extent = vec2f(textureDimensions(finer));
+  var sum = vec4f(0.0);
+  for (var k = 0; k < 4; k++) {
+    let texel = 2 * vec2i(in.position.xy) + vec2i(k & 1, k >> 1u);
+    let d = map_direction(KIND, in.face % faces, (vec2f(texel) + 0.5) / extent);
+    sum += vec4f(textureLoad(finer, texel, i32(in.face), 0).rgb, 1.0) / sampling_rate(KIND, d);
+  }
+  return rounded(vec4f(sum.rgb / sum.a, 1.0));
 }
 
 // Irradiance/π by the normal: the sum over a level, each texel's light times the cosine at its centre.

@@ -3,19 +3,25 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float32
+
 from reflet.envmap.mip_reduction import mip_images
 from reflet.errors import RefletError
 from reflet.files.env_texture import texture_from_maps
 from reflet.files.ktx2_container import write_texture
 from reflet.pem.arrays import BufferWriter
 from reflet.reflectance.brdf_map import BrdfMap3d
+from reflet.reflectance.brdf_taps import brdf_taps
+from reflet.reflectance.lobe_taps import LobeTaps
 from reflet.render.brdf_map_texture import lobe_table
 
 _MOST_LAYERS = 256  # of a texture, in every browser
 
 
 def write_brdf_map(folder: Path, uri: str, maps: BrdfMap3d, buffer: BufferWriter) -> dict[str, Any]:
-    """Write all slices into one file, ``uri`` in ``folder``, and the lobes' table into ``buffer``; their description.
+    """Write all slices into one file, ``uri`` in ``folder``; the lobes' table, and the taps that the viewer filters
+    other light with, into ``buffer``. The description of all.
 
     The file is a 2D array in half float with all mip levels, its layers those of
     `reflet.render.brdf_map_texture.upload_brdf_map`: 11 bytes a texel. The diffuse map is not written. Raises
@@ -35,4 +41,11 @@ def write_brdf_map(folder: Path, uri: str, maps: BrdfMap3d, buffer: BufferWriter
         "size": images[0].size,
         "slices": len(images),
         "lobes": buffer.add(lobe_table(maps.lobes)),
+        "taps": [buffer.add(listed_taps(lobe)) for lobe in brdf_taps(maps.lobes)],
     }
+
+
+def listed_taps(lobe: LobeTaps) -> Float32[np.ndarray, "taps 7"]:
+    """Direction around +z, blur in radians, weights of red, green and blue."""
+    weight = np.broadcast_to(lobe.weight.reshape(len(lobe.blur), -1), (len(lobe.blur), 3))
+    return np.concatenate([lobe.direction, lobe.blur[:, None], weight], 1).astype(np.float32)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float32
 
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
@@ -26,7 +25,6 @@ from reflet.pem.arrays import BufferWriter
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.layout import SCENE, slug
 from reflet.reflectance.brdf_map import BrdfMap3d
-from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lobe_taps import lobe_taps
 from reflet.reflectance.map_material import Lookup
 from reflet.reflectance.material import (
@@ -47,10 +45,10 @@ from reflet.scene.material import Material
 from reflet.scene.mesh import Mesh
 from reflet.scene.parameter_space import Orbit
 from reflet.scene.scene import Part, ReflectiveObject, Scene
-from reflet.view.brdf_map_files import write_brdf_map
+from reflet.view.brdf_map_files import listed_taps, write_brdf_map
 from reflet.view.static_files import SHADED_EXTENSION
 
-VERSION = 1
+VERSION = 2
 _BUFFER = "shading.bin"
 _LARGEST = 512  # rows of the cube: 17 MB with all levels
 _SMALLEST = 64  # a lamp of 1° is found in texels of 1.4°, of 16 points each
@@ -90,7 +88,7 @@ def write_shaded_scene(
     cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
     buffer = BufferWriter(_BUFFER)
     size = max(min(cube.size, _LARGEST_GGX), 32)
-    lobes = [buffer.add(_taps(kernel)) for kernel in ggx_kernels(size)[:-1]]  # the last is diffuse
+    lobes = [buffer.add(listed_taps(lobe_taps(kernel))) for kernel in ggx_kernels(size)[:-1]]  # the last is diffuse
     extension: dict[str, Any] = {
         "version": VERSION,
         "orbit": {
@@ -159,11 +157,6 @@ def _cube_size(image: EnvImage, largest: int) -> int:
     """Rows of a cube with about as many texels to a right angle, a power of two."""
     directions = np.prod(image.parameterization.shape(image.size)) / 6.0
     return int(min(largest, max(2 ** round(0.5 * np.log2(directions)), _SMALLEST)))
-
-
-def _taps(kernel: Kernel) -> Float32[np.ndarray, "taps 5"]:
-    lobe = lobe_taps(kernel)
-    return np.concatenate([lobe.direction, lobe.blur[:, None], lobe.weight[:, None]], 1).astype(np.float32)
 
 
 def _metals(materials: Sequence[SurfaceMaterial | str]) -> list[dict[str, Any]]:

@@ -25,16 +25,18 @@ export interface Lookup {
 export const byHardware = ({ parameterization, texture }: EnvMapTexture): boolean =>
   parameterization === "cube" && texture.format === "rgba16float";
 
+/** An empty env map, or several of one kind, one after the other in the texture's layers. */
 export function createEnvMap(
   device: GPUDevice,
   parameterization: ParameterizationName,
   size: number,
   mipLevelCount: number,
   format: GPUTextureFormat,
+  mapCount = 1,
 ): EnvMapTexture {
   const { aspect, faceCount } = PARAMETERIZATIONS[parameterization];
   const texture = device.createTexture({
-    size: [aspect * size, size, faceCount],
+    size: [aspect * size, size, mapCount * faceCount],
     mipLevelCount,
     format,
     usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST | GPUTextureUsage.RENDER_ATTACHMENT,

@@ -4,10 +4,11 @@
 import type { Lamp } from "../lamp";
 import { createEnvMap, type EnvMapTexture, levelView } from "./env-map";
 import { FacePasses } from "./face-passes";
+import { ProbePyramid } from "./probe-pyramid";
 
 const HALF: GPUTextureFormat = "rgba16float";
 const LAMP_BYTES = 32;
-const PYRAMID_ROWS = 64; // of what diffuse light is summed from, by its level of as many rows as
+const PYRAMID_ROWS = 64; // of what diffuse light is summed from
 const DIFFUSE_ROWS = 16;
 
 /** A light: an environment, and the radiance of white diffuse surfaces in it by their normal. */
@@ -20,10 +21,8 @@ export class Lamplight implements Light {
   readonly environment: EnvMapTexture;
   readonly diffuse: EnvMapTexture;
   private readonly painting: FacePasses;
-  private readonly filtering: FacePasses;
   private readonly uniform: GPUBuffer;
-  private readonly sampler: GPUSampler;
-  private readonly pyramid: GPUTexture;
+  private readonly pyramid: ProbePyramid;
 
   /** Adds lamps to this cube. */
   constructor(
@@ -31,12 +30,9 @@ export class Lamplight implements Light {
     private readonly alone: EnvMapTexture,
   ) {
     this.painting = new FacePasses(device, "lamp");
-    this.filtering = new FacePasses(device, "probe_filter");
     this.uniform = device.createBuffer({ size: LAMP_BYTES, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
-    this.sampler = device.createSampler({ magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" });
     this.environment = createEnvMap(device, "cube", alone.size, alone.texture.mipLevelCount, HALF);
-    const levels = Math.log2(PYRAMID_ROWS / DIFFUSE_ROWS) + 1;
-    this.pyramid = createEnvMap(device, "cube", PYRAMID_ROWS, levels, HALF).texture;
+    this.pyramid = new ProbePyramid(device, PYRAMID_ROWS);
     this.diffuse = createEnvMap(device, "cube", DIFFUSE_ROWS, 1, HALF);
   }
 
@@ -45,7 +41,8 @@ export class Lamplight implements Light {
     const data = new Float32Array([...direction, squareChord, ...radiance, 0]);
     this.device.queue.writeBuffer(this.uniform, 0, data);
     this.paint(encoder);
-    this.filter(encoder);
+    this.pyramid.fill(encoder, this.environment.texture);
+    this.pyramid.diffuse(encoder, this.diffuse);
   }
 
   private paint(encoder: GPUCommandEncoder): void {
@@ -59,17 +56,5 @@ export class Lamplight implements Light {
       const entryPoint = level > 0 ? "coarser" : "finest";
       this.painting.draw(encoder, entryPoint, { SIZE: size >> level }, texture, level, bound);
     }
-  }
-
-  private filter(encoder: GPUCommandEncoder): void {
-    const { filtering, pyramid } = this;
-    const at = (level: number) => ({ SIZE: PYRAMID_ROWS >> level });
-    const incoming = { 0: this.environment.texture.createView({ dimension: "cube" }), 1: this.sampler };
-    filtering.draw(encoder, "first_level", at(0), pyramid, 0, incoming);
-    for (let level = 1; level < pyramid.mipLevelCount; level++) {
-      filtering.draw(encoder, "next_level", at(level), pyramid, level, { 2: levelView(pyramid, level - 1) });
-    }
-    const summed = levelView(pyramid, pyramid.mipLevelCount - 1);
-    filtering.draw(encoder, "diffuse", { SIZE: DIFFUSE_ROWS }, this.diffuse.texture, 0, { 2: summed });
   }
 }

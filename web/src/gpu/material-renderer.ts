@@ -5,6 +5,7 @@ import type { Part } from "../gltf";
 import type { Lamp } from "../lamp";
 import { diffuses, MATERIAL_BYTES, type Material, materialUniform } from "../material";
 import type { BrdfMap, LoadedMap, NamedMap, ShadedScene, Shown, Table } from "../shaded-scene";
+import { BrdfMapFilter } from "./brdf-map-filter";
 import { createEnvMap, EnvMapGroup, type EnvMapTexture, type Rotation } from "./env-map";
 import { Lamplight, type Light } from "./lamplight";
 import { PATTERN } from "./layouts";
@@ -21,7 +22,7 @@ export interface MaterialView {
   readonly material: Shown;
   readonly mapFromWorld: Rotation; // of the environment
   readonly backdrop: boolean;
-  readonly lamp: Lamp | undefined; // that is added to the environment; not of tables' maps, which are filtered before
+  readonly lamp: Lamp | undefined; // that is added to the environment
 }
 
 /** A light as it is looked up. */
@@ -43,6 +44,12 @@ interface Reflected {
   readonly drawn: boolean; // by hand: its levels are for the picture's own pixels
 }
 
+/** What a table looks up. */
+interface ByLobes {
+  readonly map: EnvMapGroup;
+  readonly material: GPUBindGroup;
+}
+
 const WHITE_MIRROR: Material = { kind: "mirror", reflectance: [1, 1, 1] };
 const PAPER: GPUColor = { r: 1, g: 1, b: 1, a: 0 };
 const NOTHING: GPUColor = { r: 0, g: 0, b: 0, a: 0 };
@@ -58,7 +65,8 @@ export class MaterialRenderer {
   private readonly plain: LightGroups;
   private lamplit: (LightGroups & { readonly light: Lamplight }) | undefined;
   private readonly drawnMaps = new Map<string, EnvMapGroup>();
-  private readonly tables = new Map<string, { map: EnvMapGroup; material: GPUBindGroup }>();
+  private readonly tables = new Map<string, ByLobes>();
+  private readonly litTables = new Map<string, ByLobes & { filter: BrdfMapFilter; shows: string }>();
   private glossy: { filter: ProbeFilter; group: EnvMapGroup; shows: string } | undefined;
   private phong: { filter: PhongParaboloidFilter; group: EnvMapGroup; shows: string } | undefined;
 
@@ -173,7 +181,8 @@ export class MaterialRenderer {
       if (table === undefined) throw new Error(`There is no table ${material.table}.`);
       const { parameterization } = light.light.diffuse;
       const variant = { diffuseMap: parameterization, lookup: "reflection", byLobes: true } as const;
-      return { ...this.lobesOf(table), variant, roughness: undefined, drawn: false };
+      const lobes = light === this.plain ? this.lobesOf(table) : this.litLobesOf(table, light);
+      return { ...lobes, variant, roughness: undefined, drawn: false };
     }
     const diffuseMap = diffuses(material) ? light.light.diffuse.parameterization : undefined;
     const of = (map: EnvMapGroup, roughness?: number): Reflected => ({
@@ -202,7 +211,8 @@ export class MaterialRenderer {
     return group;
   }
 
-  private lobesOf(table: BrdfMap): { map: EnvMapGroup; material: GPUBindGroup } {
+  /** As they were filtered beforehand. */
+  private lobesOf(table: BrdfMap): ByLobes {
     let lobes = this.tables.get(table.name);
     if (lobes === undefined) {
       const { parameterization, size, slices, levels } = table;
@@ -221,6 +231,23 @@ export class MaterialRenderer {
         material: this.groupOfMaterial(this.table(table.lobes).createView(), this.plain.light.diffuse),
       };
       this.tables.set(table.name, lobes);
+    }
+    return lobes;
+  }
+
+  /** Filtered anew when the light changes. */
+  private litLobesOf(table: BrdfMap, { light, name }: LightGroups): ByLobes {
+    let lobes = this.litTables.get(table.name);
+    if (lobes === undefined) {
+      const filter = new BrdfMapFilter(this.device, table);
+      const material = this.groupOfMaterial(this.table(table.lobes).createView(), light.diffuse);
+      lobes = { map: this.groupOf(filter.result), material, filter, shows: "nothing" };
+      this.litTables.set(table.name, lobes);
+    }
+    const { filter, shows } = lobes;
+    if (shows !== name) {
+      lobes.shows = name;
+      this.submit((encoder) => filter.refilter(encoder, light.environment.texture));
     }
     return lobes;
   }
