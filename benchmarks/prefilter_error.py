@@ -7,6 +7,10 @@ environment. An error is |map/reference - 1|, of all three channels; "mean" is o
 "furnace" is the largest deviation of a constant environment's map, over all parameterizations, of 24 and of 100 rows
 filtered to maps of 1, 7 and 32 rows. "linear" is that of L = 1 + ½ω_z (cube of 128 rows) from 1 + ½·m·r_z, m being the
 kernel's first moment: 2/3 for diffuse, (N + 1)/(N + 2) for Phong, by quadrature for the others.
+
+A second table is "linear" of environments in each parameterization, with slopes along x, y and z, the largest error in
+2000 directions. Of a gazing ball of R rows those within 4/√R rad of -z, which it shows in its last texel, are left out;
+a row of its own has all.
 """
 
 import argparse
@@ -30,6 +34,7 @@ BRDFS = (
     *(f"ggx:{r}" for r in (0.134, 0.25, 0.5, 0.75, 1.0)),
     *(f"sheen:{r}" for r in (0.3, 0.6)),
 )
+NARROW = ("phong:10", "phong:100", "phong:1000", "ggx:0.25", "ggx:0.1")
 
 
 def first_moment(kernel: Kernel) -> float:
@@ -50,6 +55,25 @@ def furnace(kernel: Kernel) -> float:
                 for rows in (1, 7, 32):
                     worst = max(worst, float(np.abs(environment.map(kernel, to, rows).texels / 0.7 - 1.0).max()))
     return worst
+
+
+def of_sources() -> None:
+    """Prints the second table."""
+    direction = np.random.default_rng(0).normal(size=(2000, 3))
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    kernels = [kernel for kernel in (lobe(brdf).kernel for brdf in NARROW) if kernel is not None]
+    expected = [1.0 + 0.5 * first_moment(kernel) * direction for kernel in kernels]
+    print(f"\n| source | rows | {' | '.join(f'`{brdf}`' for brdf in NARROW)} |\n|---|---|" + "---|" * len(NARROW))
+    for name, source in PARAMETERIZATIONS.items():
+        for rows in (128, 256, 512):
+            texels = (1.0 + 0.5 * source.texel_directions(rows)[0]).astype(np.float32)
+            environment = Prefilter(EnvImage(source, texels))
+            found = [environment.radiance(kernel, direction) for kernel in kernels]
+            error = np.array([np.abs(a / b - 1.0).max(-1) for a, b in zip(found, expected, strict=True)])
+            resolved = direction[:, 2] > (-np.cos(4.0 / np.sqrt(rows)) if name == "gazing_ball" else -2.0)
+            for what, worst in ((name, error[:, resolved].max(1)), ("the same, all of it", error.max(1))):
+                if what == name or not resolved.all():
+                    print(f"| {what} | {rows} | " + " | ".join(f"{100.0 * each:.2g} %" for each in worst) + " |")
 
 
 def main() -> None:
@@ -75,6 +99,7 @@ def main() -> None:
         of_linear = np.abs(prefiltered(linear, kernel, CUBE, 32).texels / expected - 1.0).max()
         shares = (error.mean(), error.max(), furnace(kernel), of_linear)
         print(f"| `{brdf}` | " + " | ".join(f"{100.0 * share:.2g} %" for share in shares) + " |", flush=True)
+    of_sources()
 
 
 if __name__ == "__main__":

@@ -61,18 +61,50 @@ def test_white_furnace(name: str, kernel: Kernel) -> None:
         np.testing.assert_allclose(prefiltered(image, kernel, to, size).texels, 0.7, rtol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["cube", "latlong", "octahedral", "dual_paraboloid"])
-@pytest.mark.parametrize(
-    ("kernel", "moment"),
-    [(DiffuseKernel(), 2.0 / 3.0), *((PhongKernel(n), (n + 1.0) / (n + 2.0)) for n in (1.0, 2.0, 10.0, 100.0))],
-    ids=repr,
-)
-def test_a_linear_environment_keeps_the_kernels_first_moment(name: str, kernel: Kernel, moment: float) -> None:
+def off_linear(name: str, size: int, kernel: Kernel) -> np.ndarray:
+    """Relative errors where the environment is L = 1 + ½ω: of m·r, m being the kernel's first moment ∫ k·cos θ dω."""
     parameterization, direction = PARAMETERIZATIONS[name], some_directions(5000)
-    texels = 1.0 + 0.5 * parameterization.texel_directions(128)[0][..., 2:]
+    if name == "gazing_ball":
+        # Around -z is a circle, 20° of 128 rows, of which the map has but its last texel (`prefilter`).
+        direction = direction[direction[:, 2] > -np.cos(4.0 / np.sqrt(size))]
+    texels = 1.0 + 0.5 * parameterization.texel_directions(size)[0]
+    s = ((np.arange(1 << 16) + 0.5) / (1 << 16)) ** 4  # dω = 4π ds, s = sin²(θ/2); u⁴ sees narrow lobes
+    weight = kernel.density(s) * s**0.75
+    moment = weight @ (1.0 - 2.0 * s) / weight.sum()
     radiance = Prefilter(EnvImage(parameterization, texels)).radiance(kernel, direction)
+    return np.abs(radiance / (1.0 + 0.5 * moment * direction) - 1.0)
+
+
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
+@pytest.mark.parametrize("kernel", [DiffuseKernel(), *map(PhongKernel, (1.0, 2.0, 10.0, 100.0))], ids=repr)
+def test_a_linear_environment_keeps_the_kernels_first_moment(name: str, kernel: Kernel) -> None:
     # What is promised is 0.1 %, everywhere. Cells of up to 0.35 rad are within the tolerance of 1 %; a tenth is left.
-    np.testing.assert_allclose(radiance, 1.0 + 0.5 * moment * direction[:, 2:], rtol=1e-3)
+    assert off_linear(name, 128, kernel).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "kernel"),
+    [(name, PhongKernel(1000.0)) for name in PARAMETERIZATIONS if name != "gazing_ball"]
+    + [("equal_area_octahedral", GgxKernel(0.01))],
+    ids=str,
+)
+def test_narrow_lobes_too(name: str, kernel: Kernel) -> None:
+    # The last is the worst, 0.07 %: bilinear interpolation over the creases of the map. It falls with texels' area.
+    assert off_linear(name, 256, kernel).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", PARAMETERIZATIONS)
+def test_what_was_filtered_before_makes_no_difference(name: str) -> None:
+    parameterization, direction = PARAMETERIZATIONS[name], some_directions(200)
+    x, y, z = np.moveaxis(parameterization.texel_directions(64)[0], -1, 0)
+    image = EnvImage(parameterization, np.stack([1.0 + x * y, 1.0 + 0.9 * z, 1.5 + np.sin(9.0 * x)], -1))
+    used = Prefilter(image)
+    used.radiance(GgxKernel(0.04), direction)  # of an interpolated environment
+    for kernel in (PhongKernel(30.0), DiffuseKernel()):
+        radiance = used.radiance(kernel, direction)
+        np.testing.assert_array_equal(radiance, Prefilter(image).radiance(kernel, direction))
+        # Of texels themselves it is brute force, at the gazing ball's rim too; a tenth of the tolerance is left.
+        assert np.abs(radiance / filtered_reference(image, kernel, direction) - 1.0).mean() < 1e-3
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=repr)

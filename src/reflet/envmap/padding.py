@@ -71,3 +71,20 @@ def continued(
             for r, c, weight in taps
         )
     return out
+
+
+def with_corners(
+    parameterization: Parameterization, texels: Shaped[np.ndarray, "faces rows columns channels"]
+) -> Shaped[np.ndarray, "faces rows columns channels"]:
+    """One level as stored texels are to be: the corners of a round map, if its picture leaves them blank, continued.
+
+    Photographs of mirror balls are black there, and so would be the part of each texel on the rim that lies inside the
+    disc. Blank is what is of one colour to a hundredth of the map's mean, in all texels wholly outside the disc.
+    """
+    if not parameterization.is_round:
+        return texels
+    size = texels.shape[1]
+    corners = parameterization.texel_solid_angle(size)[0] == 0.0
+    if not corners.any() or np.ptp(texels[:, corners, :3], axis=(0, 1)).max() > 0.01 * texels[..., :3].mean():
+        return texels
+    return continued(parameterization, texels, outside_disc(parameterization, size))

@@ -20,6 +20,7 @@ import numpy as np
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.latlong import LatLong
+from reflet.envmap.padding import with_corners
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.parameterizations import PARAMETERIZATIONS
 from reflet.errors import RefletError
@@ -67,6 +68,7 @@ def read_levels(path: _Path, parameterization: Parameterization | None = None) -
 
     ``path`` may also name six files of a cube: a folder that holds them, or a name with ``{face}`` in it, such as
     sky_{face}.hdr. ``parameterization`` says what the file holds where it does not tell, and outweighs what it says.
+    Round maps whose corners are blank are continued there (`with_corners`).
 
     Raises RefletError where files are missing, damaged or of other kinds, where their radiance is not finite, where
     their shape does not suit the parameterization, and where the parameterization is not known.
@@ -87,7 +89,7 @@ def _read(
         levels = (_image_of_picture(path, read_picture_file(path), parameterization),)
     for level in levels:
         _check_finite(path, level)
-    return levels
+    return tuple(replace(level, texels=with_corners(level.parameterization, level.texels)) for level in levels)
 
 
 def file_facts(path: _Path) -> FileFacts:

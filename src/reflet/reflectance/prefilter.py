@@ -22,6 +22,10 @@ there may be no other light to hide its error. Where opening ends, at the finest
 Finally L is divided by Σ k·Ω and multiplied by ∫ k dω, as in `quadrature`, whose sum is
 the limit for tolerance → 0.
 
+**Narrow lobes** that hold few texels see the environment as it is shown, interpolated bilinearly; lobes that hold none
+are a mirror's. A map can give no more than it knows between its texels: a gazing ball of R rows has but its last texel
+within ψ = 4/√R rad of -z, where cos(ψ/2) = 1 - 2/R.
+
 **Tiles.** Directions in one cell of a cube grid share the list of cells, found once for all of them.
 """
 
@@ -67,14 +71,17 @@ def prefiltered(image: EnvImage, kernel: Kernel, to: Parameterization, size: int
 
 
 class Prefilter:
-    """An environment ready to be filtered with any number of kernels; its tree is built once and refined on demand."""
+    """An environment ready to be filtered with any number of kernels; its trees are built on demand and kept.
+
+    There are two at most: one of its texels, and for narrow lobes one of what is interpolated between them.
+    """
 
     def __init__(self, image: EnvImage, tolerance: float = TOLERANCE) -> None:
         """Raises RefletError for radiance that is negative or not finite."""
         check_radiance(image)
         self.image = image
         self.tolerance = tolerance
-        self._tree: RadianceTree | None = None
+        self._trees: dict[bool, RadianceTree] = {}  # by whether the environment is interpolated
 
     def map(self, kernel: Kernel, to: Parameterization, size: int, progress: Progress = unheard) -> EnvImage:
         """See `prefiltered`."""
@@ -128,10 +135,13 @@ class Prefilter:
             size = min(_power_of_two(6.0 * within), _FINER * own, _FINEST)
             if size < 2.0 * within:
                 return None
-        if self._tree is None or self._tree.size < size:
-            image = self.image if size <= own else resample(self.image, CUBE, size)
-            self._tree = radiance_tree(image, size)
-        return self._tree
+        interpolated = size > own
+        # A tree of what is interpolated, made before for narrower lobes, would serve too, but interpolation blurs: most
+        # at creases and rims, where a gazing ball's texels are long.
+        if interpolated not in self._trees or self._trees[interpolated].size < size:
+            image = resample(self.image, CUBE, size) if interpolated else self.image
+            self._trees[interpolated] = radiance_tree(image, size)
+        return self._trees[interpolated]
 
 
 def _power_of_two(number: float) -> int:
