@@ -1,6 +1,7 @@
 """BRDF tables on the command line: what they hold, a picture of one, and the example that writes one."""
 
 import runpy
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,20 @@ def test_a_sphere_of_a_table_in_a_white_room_shows_its_albedo(tmp_path: Path) ->
     material = f"table:{grey(tmp_path / 'grey.npz')}"
     assert reflet("shade", "sphere", room, "--material", material, "--size", "32", "--samples", "1", "-o", out) == 0
     np.testing.assert_allclose(read_exr(out)[12:20, 12:20], 0.5, atol=1e-3)  # the fit's error (test_lobes)
+
+
+def test_the_bar_counts_all_maps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[tuple[str, int, int]] = []
+    monkeypatch.setattr("reflet.cli.shade.progress_bar", lambda: nullcontext(lambda *step: told.append(step)))
+    room = tmp_path / "white.exr"
+    write_env_image(room, [EnvImage(PARAMETERIZATIONS["latlong"], np.ones((1, 16, 32, 3), np.float32))])
+    common = ["shade", "sphere", room, "--size", "8", "--samples", "1", "-o", tmp_path / "out.exr", "--material"]
+    assert reflet(*common, f"table:{grey(tmp_path / 'grey.npz')}") == 0
+    # The diffuse one, and two lobes at twelve view angles.
+    assert told[0] == ("filter", 0, 25) and told[-1] == ("filter", 25, 25)
+    assert [done for _, done, _ in told] == list(range(26))
+    told.clear()
+    assert reflet(*common, "mirror") == 0 and told == []
 
 
 @pytest.mark.parametrize(("material", "words"), [("table", "table:satin.npz"), ("table:none.npz", "none.npz")])

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import Vector, from_option
+from reflet.cli.progress import progress_bar
 
 RGB = Vector()
 RGB.name = "R,G,B"
@@ -105,18 +106,20 @@ def shade(
         raise RefletError(
             f"The material {material} is lit by an environment, and none came; name a file after the mesh."
         )
-    picture = draw(
-        mesh,
-        EnvironmentMaps(read_env_image(environment, kind)),
-        material if material == OWN else surface_material(material, albedo, specular, metallic),
-        azimuth_deg=azimuth,
-        elevation_deg=elevation,
-        distance=distance,
-        image_size=size,
-        turn_deg=turn,
-        samples=int(samples),
-        backdrop=not no_backdrop,
-    )
+    image = read_env_image(environment, kind)
+    with progress_bar() as progress:
+        picture = draw(
+            mesh,
+            EnvironmentMaps(image, progress=lambda done, total: progress("filter", done, total)),
+            material if material == OWN else surface_material(material, albedo, specular, metallic),
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            distance=distance,
+            image_size=size,
+            turn_deg=turn,
+            samples=int(samples),
+            backdrop=not no_backdrop,
+        )
     color, coverage = picture[..., :3], picture[..., 3:]
     if suffix == ".exr":
         write_exr(output, picture if no_backdrop else color)

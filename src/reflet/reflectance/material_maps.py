@@ -17,7 +17,7 @@ from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobes import Lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, SurfaceMaterial
 from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.prefilter import Prefilter
+from reflet.reflectance.prefilter import Prefilter, Progress, unheard
 
 _DIFFUSE_SIZE = 64  # texels of 3°: interpolated, the smooth diffuse map errs by some (0.05)²/8
 
@@ -35,13 +35,21 @@ class EnvironmentMaps:
     """An environment with its prefiltered maps, each made when first asked for and kept.
 
     ``size`` rows (a power of two) in ``parameterization`` have the maps of glossy materials; the environment itself
-    stays what it is, but for sizes that are no powers of two. Radiance that is negative or not finite raises
+    stays what it is, but for sizes that are no powers of two. ``progress`` hears of the maps that a measured BRDF
+    takes, some tenths of a second each: of those made, and of all. Radiance that is negative or not finite raises
     RefletError with the first prefiltered map.
     """
 
-    def __init__(self, image: EnvImage, size: int = 256, parameterization: Parameterization | None = None) -> None:
+    def __init__(
+        self,
+        image: EnvImage,
+        size: int = 256,
+        parameterization: Parameterization | None = None,
+        progress: Progress = unheard,
+    ) -> None:
         self._size = size
         self._parameterization = parameterization or Octahedral()
+        self._progress = progress
         self._image = EnvImage(image.parameterization, np.ascontiguousarray(image.texels[..., :3], np.float32))
         self._prefilter = Prefilter(self._image)
         self.phong = lru_cache(maxsize=16)(self._phong)
@@ -71,7 +79,7 @@ class EnvironmentMaps:
     def _brdf_map(self, lobes: Lobes) -> BrdfMap3d:
         """For materials that are `Measured`; no larger than the narrowest lobe asks for."""
         rows = rows_for(lobes, self._parameterization, self._size)
-        return brdf_map_3d(self._image, lobes, self._parameterization, rows)
+        return brdf_map_3d(self._image, lobes, self._parameterization, rows, self._progress)
 
     def maps(self, material: SurfaceMaterial) -> MaterialMaps:
         """What ``material`` looks up."""
