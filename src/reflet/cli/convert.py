@@ -4,14 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import (
-    PARAMETERIZATION,
-    from_option,
-    layout_option,
-    mips_option,
-    texel_format_option,
-    zstd_option,
-)
+from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
 
 
@@ -20,11 +13,7 @@ from reflet.cli.progress import progress_bar
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
 @click.option("--to", type=PARAMETERIZATION, help="What to make of it; by default it stays what it is.")
 @click.option("--size", type=int, help="Rows of a face; by default about as many texels as before.")
-@layout_option
-@mips_option
-@texel_format_option
-@zstd_option
-@from_option
+@map_file_options
 def convert(
     source: Path,
     out: Path,

@@ -1,5 +1,6 @@
 """Values and options that several verbs share."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -33,15 +34,24 @@ layout_option = click.option(
     type=click.Choice([*LAYOUTS, "openexr"]),
     help="How the faces of a cube lie in a picture; openexr for .exr files as OpenEXR's own tools have them.",
 )
-mips_option = click.option(
-    "--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds."
+_MAP_FILES = (
+    layout_option,
+    click.option("--mips/--no-mips", default=None, help="Store all mip levels; by default in .ktx2, .ktx and .dds."),
+    click.option(
+        "--texel-format",
+        type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
+        help="How texels are stored; by default half in textures, float in .exr.",
+    ),
+    click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard."),
+    from_option,
 )
-texel_format_option = click.option(
-    "--texel-format",
-    type=click.Choice(["half", "float", "rgb9e5", "r11g11b10f"]),
-    help="How texels are stored; by default half in textures, float in .exr.",
-)
-zstd_option = click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard.")
+
+
+def map_file_options(verb: Callable[..., None]) -> Callable[..., None]:
+    """Options of a verb that reads a map and writes another: ``layout mips texel_format zstd`` and ``source_is``."""
+    for option in reversed(_MAP_FILES):  # as decorators above each other
+        verb = option(verb)
+    return verb
 
 
 class Vector(click.ParamType):

@@ -4,14 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import (
-    PARAMETERIZATION,
-    from_option,
-    layout_option,
-    mips_option,
-    texel_format_option,
-    zstd_option,
-)
+from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
 
 TABLE = "table:"
@@ -32,11 +25,7 @@ TABLE = "table:"
 )
 @click.option("--size", type=int, help="Rows of a face; by default what suits the BRDF, of cubes 256 at most.")
 @click.option("--levels", type=int, help="Number of levels by roughness; by default those down to 16 rows.")
-@layout_option
-@mips_option
-@texel_format_option
-@zstd_option
-@from_option
+@map_file_options
 @click.option(
     "-o",
     "--output",
