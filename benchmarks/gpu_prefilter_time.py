@@ -8,7 +8,9 @@ unfiltered cube each. Ways alternate and medians count, so that a busy machine c
 
 First Phong's lobe: the paper's hardware method on dual paraboloids, in the table of [Heidrich00, sec. 3.2.5], and
 beside it taps from a smooth pyramid (`LiveEnvironment`), into a cube of a quarter of its rows. Then `ProbeFilter`'s
-chain for GGX, level by level. At last whole frames of a teapot whose environment and exponent are new in each.
+chain for GGX, level by level, and the slices of a measured BRDF's lobes (`BrdfMapFilter`; the table of
+examples/brdf_table.py), without and with a lamp. At last whole frames of a teapot whose environment and exponent are
+new in each.
 
 The *error* is the L1 error relative to brute force (`quadrature`), as Manson and Sloan measure: the sum of absolute
 differences over that of the reference, all channels, over texels drawn at random, each weighted by its solid angle.
@@ -22,6 +24,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
+from pathlib import Path
 
 import numpy as np
 import wgpu
@@ -29,6 +32,7 @@ import wgpu
 from reflet.envmap.cube import CUBE
 from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.lamp import Lamp
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
@@ -38,10 +42,13 @@ from reflet.files.env_image_file import read_env_image
 from reflet.reflectance.ggx import GgxKernel, d_ggx
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.lobe_taps import LobeTaps
+from reflet.reflectance.lobes import THETA, Lobe, fit_lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, Mirror, SurfaceMaterial
+from reflet.reflectance.measured_material import Measured
 from reflet.reflectance.phong import PhongKernel
 from reflet.reflectance.plane_filter import plane_filters
 from reflet.reflectance.quadrature import filtered_reference
+from reflet.reflectance.tabulated_kernel import TabulatedKernel
 from reflet.render.device import adapter_name, shared_device
 from reflet.render.env_map_renderer import EnvMapRenderer
 from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
@@ -54,8 +61,13 @@ from reflet.scene.labelled_court import labelled_court
 from reflet.scene.primitives import sphere_mesh
 from reflet.shade import frame_mesh, load_mesh
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from brdf_table import measured
+
 ROUNDS = 7
 CHECKED = 200  # texels
+CHECKED_OF_SLICE = 20
+LAMP = Lamp((0.5, 0.6, 0.3), 8.0, (32.0, 28.0, 20.0))
 SAMPLES = 32
 NOTES = {10: 25, 50: 20, 100: 16, 250: 16, 500: 9}  # frames a second on the SGI O2 of the notes, by exponent
 
@@ -201,6 +213,11 @@ class Ways:
         """GGX, from the environment on."""
         return submitted(self.device, lambda encoder: self.probe.refilter(encoder, self.cube_source))
 
+    def slices(self, lamp: Lamp | None = None) -> EnvMapTexture:
+        """Of the measured BRDF's lobes, from the environment on."""
+        self.live.show(self.cube_source, lamp)
+        return waited_for(self.live.maps(MEASURED).reflected)
+
     def frame(self, material: Callable[[float], SurfaceMaterial]) -> None:
         """One sample a pixel, with environment and exponent as new."""
         self.count += 1
@@ -208,6 +225,7 @@ class Ways:
         self.frames.picture(material(20.0 + self.count), self.frame_camera, samples=1)
 
 
+MEASURED = Measured(fit_lobes(measured(), angles=12))
 MATERIALS: dict[str, Callable[[float], SurfaceMaterial]] = {
     "a mirror, nothing filtered": lambda _: Mirror(),
     "matte: diffuse": lambda _: GlossyPhong(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
@@ -215,6 +233,7 @@ MATERIALS: dict[str, Callable[[float], SurfaceMaterial]] = {
     "Phong over matte": lambda exponent: GlossyPhong(exponent, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
     "GGX, metallic: all levels": lambda exponent: GlossyGgx((1.0, 1.0, 1.0), 1.0, 1.0 / exponent),
     "GGX over matte": lambda exponent: GlossyGgx((0.5, 0.5, 0.5), 0.0, 1.0 / exponent),
+    "measured: 24 slices over matte": lambda _: MEASURED,
 }
 
 
@@ -255,6 +274,42 @@ def print_ggx(ways: Ways, took: float, plain: float) -> None:
     print(f"{'all':>5s}{'':14s}", figures(errors.mean(0)))
 
 
+def print_measured(ways: Ways, took: float, plain: float) -> None:
+    """Lobe by lobe. A slice counts by its light."""
+    angles = len(MEASURED.lobes.cos_theta_o)
+    shown = ways.slices()
+    cost = f"{took:.1f} ms, {took / plain:.2f} plain lookups"
+    print(f"\nA measured BRDF, {angles} slices a lobe of {shown.size} rows: {cost}")
+    print(f"{'lobe':>8s}{'error':>8s}{'with a lamp':>13s}")
+    image = ways.cube.image
+    share = (
+        LAMP.share(CUBE.texel_directions(4 * image.size)[0]).reshape(6, image.size, 4, image.size, 4, 1).mean((2, 4))
+    )
+    lit = EnvImage(CUBE, image.texels.astype(np.float32) + share.astype(np.float32) * np.float32(LAMP.radiance))
+    for number, lobe in enumerate(MEASURED.lobes.lobes):
+        errors = [
+            slices_error(lobe, ways.slices(lamp), number * angles, light)
+            for light, lamp in ((image, None), (lit, LAMP))
+        ]
+        print(f"{lobe.name:>8s}{errors[0]:8.3f}{errors[1]:13.3f}")
+
+
+def slices_error(lobe: Lobe, shown: EnvMapTexture, first: int, light: EnvImage) -> float:
+    """The error of a lobe's slices in texels drawn at random."""
+    kind = shown.parameterization
+    some = some_texels(kind, shown.size)[:CHECKED_OF_SLICE]
+    direction = kind.texel_directions(shown.size)[0].reshape(-1, 3)[some]
+    off = total = 0.0
+    for k, (densities, albedo) in enumerate(zip(lobe.densities, lobe.albedo, strict=True)):
+        texels = shown.read(0, first + k).texels.reshape(-1, 4)[some]
+        for c in np.flatnonzero(albedo):
+            channel = EnvImage(light.parameterization, light.texels[..., c : c + 1])
+            kernel = TabulatedKernel(THETA, densities[:, c])
+            expected = albedo[c] * filtered_reference(channel, kernel, direction)[:, 0]
+            off, total = off + float(np.abs(texels[:, c] - expected).sum()), total + float(expected.sum())
+    return off / total
+
+
 def figures(errors: np.ndarray) -> str:
     """Ours, the others', and theirs over ours."""
     ours, mips, pyramid = errors
@@ -262,10 +317,10 @@ def figures(errors: np.ndarray) -> str:
 
 
 def main() -> None:
-    """Prints the three tables."""
+    """Prints the four tables."""
     path = sys.argv[1] if len(sys.argv) > 1 else None
     ways = Ways(path, int(sys.argv[2]) if len(sys.argv) > 2 else 512)
-    timed: dict[str, Callable[[], object]] = {"plain": ways.plain, "chain": ways.chain}
+    timed: dict[str, Callable[[], object]] = {"plain": ways.plain, "chain": ways.chain, "slices": ways.slices}
     for exponent in NOTES:
         timed[f"paraboloids {exponent}"] = partial(ways.by_paraboloids, exponent)
         timed[f"taps {exponent}"] = partial(ways.by_taps, exponent)
@@ -275,6 +330,7 @@ def main() -> None:
     print(f"{adapter_name(ways.device)}\nplain lookup: {times['plain']:.1f} ms a frame\n")
     print_phong(ways, times)
     print_ggx(ways, times["chain"], times["plain"])
+    print_measured(ways, times["slices"], times["plain"])
     print(f"\nFrames of {ways.frame_camera.width}² pixels, environment and exponent new in each: ms, plain lookups")
     for name in MATERIALS:
         print(f"{name:>36s}{times[name]:9.1f}{times[name] / times['plain']:7.2f}")

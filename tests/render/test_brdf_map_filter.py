@@ -51,13 +51,8 @@ def sky(direction: np.ndarray) -> np.ndarray:
 
 def slices(shown: EnvMapTexture, level: int = 0) -> np.ndarray:
     """All of them: (slices, rows, columns, 3)."""
-    rows, layers = shown.size >> level, shown.texture.depth_or_array_layers
-    data = shown.device.queue.read_texture(
-        {"texture": shown.texture, "mip_level": level},
-        {"bytes_per_row": 8 * rows, "rows_per_image": rows},
-        (rows, rows, layers),
-    )
-    return np.frombuffer(data, np.float16).reshape(layers, rows, rows, 4)[..., :3].astype(float)
+    count = shown.texture.depth_or_array_layers
+    return np.concatenate([shown.read(level, k).texels[..., :3] for k in range(count)]).astype(float)
 
 
 def error(shown: EnvMapTexture, image: EnvImage, lobes: Lobes) -> float:

@@ -33,13 +33,13 @@ class EnvMapTexture:
         """Whether the hardware's cube sampler serves: of cubes in half float, which all devices can filter."""
         return self.parameterization == CUBE and self.texture.format == HALF
 
-    def read(self, mip_level: int = 0) -> EnvImage:
-        """One level, back from the device."""
+    def read(self, mip_level: int = 0, number: int = 0) -> EnvImage:
+        """One level, back from the device; of several maps in a row the ``number``-th."""
         size = self.size >> mip_level
         faces, rows, columns = self.parameterization.shape(size)
         channel = np.dtype(np.float16 if self.texture.format == HALF else np.float32)
         data = self.device.queue.read_texture(
-            {"texture": self.texture, "mip_level": mip_level},
+            {"texture": self.texture, "mip_level": mip_level, "origin": (0, 0, number * faces)},
             {"bytes_per_row": 4 * channel.itemsize * columns, "rows_per_image": rows},
             (columns, rows, faces),
         )
