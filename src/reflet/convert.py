@@ -1,5 +1,7 @@
 """From one environment map file to another: read, resample, filter mip levels, write."""
 
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 from reflet.envmap.env_image import EnvImage
@@ -8,12 +10,15 @@ from reflet.envmap.mip_reduction import mip_images
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.envmap.sampling import valid_texels
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import read_levels, write_env_image
+from reflet.files.packed_floats import R11G11B10_MAX, RGB9E5_MAX
+from reflet.files.texel_formats import HALF_MAX
 from reflet.progress import ProgressCallback, silent
 
 WITH_MIP_LEVELS = (".ktx2", ".ktx", ".dds")  # formats of textures, which come with their mip levels
 LARGEST = 16384  # rows of a face: graphics systems take no larger textures
+_MOST = {"half": HALF_MAX, "rgb9e5": RGB9E5_MAX, "r11g11b10f": min(R11G11B10_MAX)}  # radiance that texels hold
 
 
 def convert(
@@ -37,8 +42,7 @@ def convert(
     default to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
     RefletError for what cannot be read, written or held.
     """
-    if size is not None and not 1 <= size <= LARGEST:
-        raise RefletError(f"A map has 1 to {LARGEST} rows a face, not {size}.")
+    check_size(size)
     with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
     progress("read", 0, 1)
     levels = read_levels(source, source_is)
@@ -57,6 +61,12 @@ def convert(
     return levels[0]
 
 
+def check_size(size: int | None) -> None:
+    """Raises RefletError where a face cannot have so many rows; None says nothing."""
+    if size is not None and not 1 <= size <= LARGEST:
+        raise RefletError(f"A map has 1 to {LARGEST} rows a face, not {size}.")
+
+
 def default_size(image: EnvImage, to: Parameterization, with_mips: bool) -> int:
     """The image's own size where that will do, else that of equal sampling: a power of two if mip levels are wanted."""
     if to == image.parameterization and not (with_mips and _odd(image.size)):
@@ -73,7 +83,10 @@ def write_levels(
     texel_format: str | None = None,
     zstd: bool = False,
 ) -> None:
-    """Writes the finest level alone, or all, which are filtered from it where there is only that one."""
+    """Writes the finest level alone, or all, which are filtered from it where there is only that one.
+
+    Warns where a texture's format cuts the radiance.
+    """
     if not with_mips:
         levels = levels[:1]
     elif len(levels) == 1:
@@ -83,7 +96,22 @@ def write_levels(
                 "(--no-mips)."
             )
         levels = mip_images(levels[0])
+    stored_as = texel_format or "half"
+    if Path(out).suffix.lower() in WITH_MIP_LEVELS and stored_as in _MOST:
+        warn_of_clipping(out, levels, _MOST[stored_as], stored_as, "store them as float, or in .exr")
     write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
+
+
+def warn_of_clipping(out: str | Path, levels: Sequence[EnvImage], most: float, texel_format: str, instead: str) -> None:
+    """Warns where radiance is beyond what the format holds."""
+    cut = sum(int((level.texels.max(-1) > most).sum()) for level in levels)
+    if cut:
+        brightest = max(float(level.texels.max()) for level in levels)
+        warnings.warn(
+            f"{out}: {cut} texels of up to {brightest:.6g} are cut at {most:.0f}, {texel_format}'s most; {instead}.",
+            RefletWarning,
+            stacklevel=2,
+        )
 
 
 def _odd(size: int) -> bool:

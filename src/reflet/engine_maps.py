@@ -3,6 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
+from reflet.convert import warn_of_clipping
 from reflet.envmap.cube import CUBE
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
@@ -11,7 +12,7 @@ from reflet.files.atomic import atomic_path
 from reflet.files.env_image_file import write_env_image
 from reflet.files.filament import quarter_turned, write_filament_cube, write_harmonics_text
 from reflet.files.texel_formats import HALF_MAX
-from reflet.prefilter import read_environment_image, warn_of_clipping
+from reflet.prefilter import read_environment_image
 from reflet.progress import ProgressCallback, silent
 from reflet.reflectance.ggx_levels import FILAMENT, ggx_levels
 from reflet.reflectance.irradiance_sh import irradiance_harmonics

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from reflet.convert import WITH_MIP_LEVELS, write_levels
+from reflet.convert import WITH_MIP_LEVELS, check_size, write_levels
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.hemispheres import DUAL_PARABOLOID, HALF_TURN, HemispherePicture, join_hemispheres
 from reflet.envmap.parameterization import Parameterization
@@ -38,6 +38,7 @@ def join(
     Both were taken with the same ``projection`` and ``fov_deg``; ``back_circle`` is by default ``circle``. Pictures of
     8 bits are taken as sRGB, alpha is left out. Raises RefletError for what cannot be read, joined or written.
     """
+    check_size(size)
     progress("read", 0, 1)
     pictures = [_radiance(path) for path in (front, back) if path is not None]
     progress("read", 1, 1)

@@ -1,14 +1,12 @@
 """From an environment map file to prefiltered ones: read, filter by a BRDF, write."""
 
-import warnings
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from reflet.convert import LARGEST, WITH_MIP_LEVELS, write_levels
+from reflet.convert import WITH_MIP_LEVELS, check_size, write_levels
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_sampling import equal_sampling_size
@@ -16,12 +14,11 @@ from reflet.envmap.latlong import LatLong
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.sampling import valid_texels
 from reflet.envmap.spherical_harmonics import project
-from reflet.errors import RefletError, RefletWarning
+from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path, check_writable
 from reflet.files.env_image_file import read_env_image, write_env_image
 from reflet.files.harmonics_file import write_harmonics
 from reflet.files.picture_file import WRITTEN
-from reflet.files.texel_formats import HALF_MAX
 from reflet.progress import ProgressCallback, silent
 from reflet.reflectance.charlie import CharlieKernel
 from reflet.reflectance.ggx import GgxKernel
@@ -106,8 +103,7 @@ def prefilter(
     suffix = out.suffix.lower()
     each = LEVEL in out.name
     _check_names(out, chosen, level_count)
-    if size is not None and not 1 <= size <= LARGEST:
-        raise RefletError(f"A map has 1 to {LARGEST} rows a face, not {size}.")
+    check_size(size)
     check_writable(out)
     image = read_environment_image(source, source_is, progress)
     if to is None:
@@ -132,8 +128,6 @@ def prefilter(
         levels = (Prefilter(image).map(chosen.kernel, to, size, heard),)
         heard(1, 1)
     progress("write", 0, 1)
-    if suffix in WITH_MIP_LEVELS and texel_format in (None, "half"):
-        warn_of_clipping(out, levels, HALF_MAX, "half", "--texel-format float")
     if chosen.kernel is not None:
         with_mips = suffix in WITH_MIP_LEVELS if mips is None else mips
         write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
@@ -143,7 +137,7 @@ def prefilter(
                 name = all_or_none.enter_context(atomic_path(out.with_name(out.name.replace(LEVEL, str(number)))))
                 write_env_image(name, [level], layout, texel_format=texel_format, zstd=zstd)
     else:
-        write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
+        write_levels(out, levels, len(levels) > 1, layout=layout, texel_format=texel_format, zstd=zstd)
     progress("write", 1, 1)
     return levels
 
@@ -175,18 +169,6 @@ def read_environment_image(
     check_radiance(image)
     progress("read", 1, 1)
     return image
-
-
-def warn_of_clipping(out: Path, levels: Sequence[EnvImage], most: float, texel_format: str, instead: str) -> None:
-    """Warns where radiance is beyond what the format holds."""
-    cut = sum(int((level.texels.max(-1) > most).sum()) for level in levels)
-    if cut:
-        brightest = max(float(level.texels.max()) for level in levels)
-        warnings.warn(
-            f"{out}: {cut} texels of up to {brightest:.0f} are cut at {most:.0f}, {texel_format}'s most; {instead}.",
-            RefletWarning,
-            stacklevel=2,
-        )
 
 
 def harmonics(

@@ -228,14 +228,31 @@ def test_what_formats_cannot_hold(studio: Path, tmp_path: Path, capsys: pytest.C
         capsys, "convert", studio, tmp_path / "out.ktx2", "--to", "cube", "--layout", "horizontal-cross"
     )
     assert "rows" in refused(capsys, "convert", studio, tmp_path / "out.exr", "--size", "0")
+    one = ("--to", "cube", "--size", "1", "--layout", "openexr")
+    assert "2 or more, not 1×6" in refused(capsys, "convert", studio, tmp_path / "out.exr", *one)
+    assert "does not exist" in refused(capsys, "info", tmp_path / "nothing")
     assert "png" in refused(capsys, "sampling", "--figure", tmp_path / "rates.jpg")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["studio.exr"]
+
+
+def test_suns_that_a_texture_cannot_hold_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sun = np.ones((16, 32, 3), np.float32)
+    sun[3, 5] = 90000.0
+    write_exr(tmp_path / "sun.exr", sun)
+    for texel_format, most in (("half", "65504"), ("rgb9e5", "65408"), ("r11g11b10f", "64512")):
+        assert reflet("convert", tmp_path / "sun.exr", tmp_path / "a.ktx2", "--texel-format", texel_format) == 0
+        err = capsys.readouterr().err
+        assert len(err.splitlines()) == 1 and f"1 texels of up to 90000 are cut at {most}" in err
+    for out, *options in (("a.ktx2", "--texel-format", "float"), ("b.exr",), ("a.hdr",)):
+        assert reflet("convert", tmp_path / "sun.exr", tmp_path / out, *options) == 0
+        assert capsys.readouterr().err == ""
 
 
 def test_hemispheres_that_make_no_sense(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     front, back = fisheyes(tmp_path)
     out = ("-o", tmp_path / "out.exr")
     assert "120" in refused(capsys, "join", front, back, "--fov", "120", *out)
+    assert "16384 rows" in refused(capsys, "join", front, back, "--size", "10000000", *out)
     assert "circle" in refused(capsys, "join", front, back, "--circle", "20,20,-3", *out)
     assert "neither" in refused(capsys, "join", front, back, "--back-turn", "90,0,0", *out)
     assert "balanced" in refused(capsys, "join", front, back, "--balance", *out)

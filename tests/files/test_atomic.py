@@ -36,6 +36,16 @@ def test_a_failing_block_keeps_the_old_file_and_removes_the_new(tmp_path):
     assert os.listdir(tmp_path) == ["a.exr"]
 
 
+def test_errors_name_the_file_that_was_asked_for(tmp_path):
+    """Of several files that appear all or none, each is written to a temporary path of its own, by way of another."""
+    for reason in (lambda inner: RefletError(f"{inner} cannot be written."), lambda _: OSError(errno.ENOSPC, "full")):
+        name = tmp_path / "map_px.exr"
+        with pytest.raises(RefletError) as said, atomic_path(name) as outer, atomic_path(outer) as inner:
+            raise reason(inner)
+        assert str(said.value).startswith(f"{name} cannot be written")
+    assert not os.listdir(tmp_path)
+
+
 def test_full_disk_is_said_in_one_sentence(tmp_path, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, "No space left on device")

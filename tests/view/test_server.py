@@ -1,6 +1,8 @@
 """The local server gives the viewer and one PEM, to this machine, and nothing else."""
 
+import errno
 import http.client
+import shutil
 from urllib.parse import urlsplit
 
 import pytest
@@ -93,3 +95,21 @@ def test_export_is_a_whole_page(folder):
     assert not (folder / "site/scene/bake.json").exists()
     with pytest.raises(RefletError, match="holds files already"):
         export_viewer(folder / "pem", folder / "site")
+
+
+@pytest.mark.parametrize("stop", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+def test_a_page_is_exported_whole_or_not_at_all(folder, monkeypatch, stop):
+    copied = []
+
+    def full(source, target):
+        if len(copied) == 4:
+            raise stop
+        copied.append(target)
+        target.write_bytes(source.read_bytes())
+
+    (folder / "site").mkdir()
+    monkeypatch.setattr(shutil, "copyfile", full)
+    expected = pytest.raises(RefletError, match=r"site cannot be written: the disk is full.*\.$")
+    with expected if isinstance(stop, OSError) else pytest.raises(KeyboardInterrupt):
+        export_viewer(folder / "pem", folder / "site")
+    assert len(copied) == 4 and not list((folder / "site").iterdir())

@@ -31,6 +31,8 @@ def info(path: Path, source_is: str | None) -> None:
         from reflet.report.table import pem_table
 
         click.echo(pem_table(open_pem(path)))
+    elif not path.suffix and not path.exists():
+        raise RefletError(f"{path} does not exist; give a PEM's folder, or a file.")
     elif path.suffix.lower() == ".npz":
         _tell_of_brdf(path)
     else:

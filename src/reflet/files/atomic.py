@@ -34,7 +34,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Missing folders are made. The temporary file has the same suffix, for writers that go by it, and begins with a dot.
     Its contents reach the disk before it is renamed, so a crash leaves either the old file or the new one. If the block
-    raises, the temporary file is removed; an `OSError` becomes a RefletError that names ``path`` and the reason.
+    raises, the temporary file is removed; an `OSError` becomes a RefletError that names ``path`` and the reason, and a
+    RefletError that names the temporary file names ``path`` instead.
     """
     final = Path(path)
     temporary = final.parent / f".{final.stem[:40]}.{secrets.token_hex(4)}.tmp{final.suffix}"
@@ -49,6 +50,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         _sync(final.parent)
     except OSError as error:
         raise _refusal(final, error) from error
+    except RefletError as error:
+        raise RefletError(str(error).replace(str(temporary), str(final))) from error
     finally:
         _remove(temporary)
 

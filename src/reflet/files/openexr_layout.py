@@ -61,7 +61,9 @@ def cube_from_openexr(image: Float[np.ndarray, "height width channels"]) -> EnvI
     """
     height, width = image.shape[:2]
     if height != 6 * width or width < 2:
-        raise RefletError(f"A cube in OpenEXR's layout is six times as high as wide, not {width}×{height} pixels.")
+        raise RefletError(
+            f"A cube in OpenEXR's layout is six times as high as wide, 2 or more, not {width}×{height} pixels."
+        )
     faces = image.reshape(6, width, width, -1)
     at = (np.arange(width) + 0.5) * ((width - 1) / width)
     mirrored = np.stack([faces[face][_flip(face)] for face in range(6)])
@@ -122,7 +124,9 @@ def openexr_directions(
         ring = np.cos(latitude)
         return np.stack([ring * np.sin(longitude), y, ring * np.cos(longitude)], -1)
     if height != 6 * width or width < 2:
-        raise RefletError(f"A cube in OpenEXR's layout is six times as high as wide, not {width}×{height} samples.")
+        raise RefletError(
+            f"A cube in OpenEXR's layout is six times as high as wide, 2 or more, not {width}×{height} samples."
+        )
     at = np.linspace(-1.0, 1.0, width)
     direction = (
         AXES[:, None, None, 0] + at[:, None] * _GROWTH[:, None, None, 0] + at[:, None, None] * _GROWTH[:, None, None, 1]
