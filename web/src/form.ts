@@ -1,4 +1,4 @@
-// Pieces of the panels' forms: markup, and the sliders that all of them have.
+// What the panels have in common: pieces of markup, and the form that shows settings and is read when a user changes them.
 
 import { NORMAL_EXPOSURE } from "./gpu/picture-sum"; // 0 on the slider, which counts in stops
 
@@ -25,18 +25,30 @@ export const chooser = (name: string, label: string, values: Choices, attributes
 export const slider = (name: string, label: string, least: number, most: number, step: number): string =>
   `<label class="row"><span>${label}</span><input name="${name}" type="range" min="${least}" max="${most}" step="${step}" /><output></output></label>`;
 
-/** The form of a panel, and its fields by name. */
-export class Form {
+/** A panel, and its fields by name. Panels show their settings once they have them: at the end of their constructors. */
+export abstract class Form {
   readonly element = document.createElement("form");
 
-  constructor(label: string, markup: string, onInput: () => void) {
+  constructor(label: string, markup: string, onChange: () => void, onHome: () => void) {
     this.element.className = "panel";
     this.element.setAttribute("aria-label", label);
     this.element.innerHTML = `${markup}<p class="status" aria-live="off"></p>`;
     this.element.addEventListener("submit", (event) => event.preventDefault());
-    this.element.addEventListener("input", onInput);
+    this.element.addEventListener("input", () => {
+      this.read();
+      this.show();
+      onChange();
+    });
+    this.element.querySelector(".home")?.addEventListener("click", onHome);
   }
 
+  /** Puts the settings into the form. */
+  abstract show(): void;
+
+  /** Takes them from there. */
+  protected abstract read(): void;
+
+  /** What is said at its foot. */
   set status(text: string) {
     (this.element.querySelector(".status") as HTMLElement).textContent = text;
   }

@@ -48,8 +48,7 @@ const template = (scene: ShadedScene): string => `
   )}
   <button type="button" class="home">Return to the first view</button>`;
 
-export class MaterialPanel {
-  private readonly form: Form;
+export class MaterialPanel extends Form {
   private readonly materials: Map<string, Shown>; // the last of each choice
   private built = ""; // the choice whose fields are in the form
 
@@ -59,31 +58,17 @@ export class MaterialPanel {
     onChange: () => void,
     onHome: () => void,
   ) {
+    super("Material and light", template(scene), onChange, onHome);
     this.materials = firstMaterials(scene);
-    this.form = new Form("Material and light", template(scene), () => {
-      this.read();
-      this.show();
-      onChange();
-    });
     this.show();
-    this.element.querySelector(".home")?.addEventListener("click", onHome);
   }
 
-  get element(): HTMLElement {
-    return this.form.element;
-  }
-
-  set status(text: string) {
-    this.form.status = text;
-  }
-
-  /** Puts the settings into the form. */
   show(): void {
-    const { form, settings, scene } = this;
+    const { settings, scene } = this;
     const { material } = settings;
     const choice = choiceOf(material);
     this.materials.set(choice, material);
-    form.input("kind").value = choice;
+    this.input("kind").value = choice;
     const fields = FIELDS[material.kind];
     if (this.built !== choice) {
       const place = this.element.querySelector(".fields") as HTMLElement;
@@ -97,63 +82,62 @@ export class MaterialPanel {
     }
     const map = material.kind === "map" ? scene.maps.find(({ name }) => name === material.map) : undefined;
     (this.element.querySelector("[data-turned]") as HTMLElement).hidden = map?.lookup.startsWith("view_") ?? false;
-    form.slider("turn", settings.turn, `${settings.turn.toFixed(0)}°`);
-    form.input("backdrop").checked = settings.backdrop;
+    this.slider("turn", settings.turn, `${settings.turn.toFixed(0)}°`);
+    this.input("backdrop").checked = settings.backdrop;
     this.showLamp(material.kind !== "map");
-    form.input("curve").value = settings.curve;
-    form.showExposure(settings.exposure);
+    this.input("curve").value = settings.curve;
+    this.showExposure(settings.exposure);
   }
 
   private showLamp(possible: boolean): void {
-    const { form, element } = this;
+    const { element } = this;
     const { on, azimuth, elevation, radius, brightness, colour, circling } = this.settings.lamp;
     (element.querySelector("[data-lamp]") as HTMLElement).hidden = !possible;
     (element.querySelector("[data-lamp-on]") as HTMLElement).hidden = !(possible && on);
-    form.input("lamp").checked = on;
-    form.slider("lamp_azimuth", azimuth, `${azimuth.toFixed(0)}°`);
-    form.slider("lamp_elevation", elevation, `${elevation.toFixed(0)}°`);
-    form.slider("lamp_radius", radius, `${radius.toFixed(1)}°`);
-    form.slider("lamp_brightness", Math.log2(brightness), brightness.toPrecision(2));
-    form.input("lamp_colour").value = hexFromLinear(colour);
-    form.input("lamp_circling").checked = circling;
+    this.input("lamp").checked = on;
+    this.slider("lamp_azimuth", azimuth, `${azimuth.toFixed(0)}°`);
+    this.slider("lamp_elevation", elevation, `${elevation.toFixed(0)}°`);
+    this.slider("lamp_radius", radius, `${radius.toFixed(1)}°`);
+    this.slider("lamp_brightness", Math.log2(brightness), brightness.toPrecision(2));
+    this.input("lamp_colour").value = hexFromLinear(colour);
+    this.input("lamp_circling").checked = circling;
   }
 
   private readLamp(): void {
-    const { form } = this;
     const { lamp } = this.settings;
-    lamp.on = form.input("lamp").checked;
+    lamp.on = this.input("lamp").checked;
     for (const name of ["azimuth", "elevation", "radius"] as const) {
-      if (form.moved(`lamp_${name}`)) lamp[name] = form.number(`lamp_${name}`);
+      if (this.moved(`lamp_${name}`)) lamp[name] = this.number(`lamp_${name}`);
     }
-    if (form.moved("lamp_brightness")) lamp.brightness = 2 ** form.number("lamp_brightness");
-    const { value } = form.input("lamp_colour");
+    if (this.moved("lamp_brightness")) lamp.brightness = 2 ** this.number("lamp_brightness");
+    const { value } = this.input("lamp_colour");
     if (value !== hexFromLinear(lamp.colour)) lamp.colour = linearFromHex(value);
-    lamp.circling = form.input("lamp_circling").checked;
+    lamp.circling = this.input("lamp_circling").checked;
   }
 
   private showField({ name, type, scale, text }: Field, material: Shown): void {
     const value = (material as unknown as Record<string, number | Vec3>)[name];
     if (type === "slider") {
       const number = value as number;
-      this.form.slider(name, scale ? scale.shown(number) : number, text ? text(number) : String(number));
+      this.slider(name, scale ? scale.shown(number) : number, text ? text(number) : String(number));
     } else if (type === "colour") {
-      this.form.input(name).value = hexFromLinear(value as Vec3);
+      this.input(name).value = hexFromLinear(value as Vec3);
     } else if (material.kind === "conductor") {
       const metal = this.scene.metals.find(({ n, k }) => String([n, k]) === String([material.n, material.k]));
-      this.form.input(name).value = metal?.name ?? "";
+      this.input(name).value = metal?.name ?? "";
     }
   }
 
-  private read(): void {
-    const { form, settings } = this;
-    const choice = form.input("kind").value;
+  protected read(): void {
+    const { settings } = this;
+    const choice = this.input("kind").value;
     const before = this.materials.get(choice) as Shown;
     settings.material = choice === this.built ? this.readFields(before) : before;
-    if (form.moved("turn")) settings.turn = form.number("turn");
-    settings.backdrop = form.input("backdrop").checked;
+    if (this.moved("turn")) settings.turn = this.number("turn");
+    settings.backdrop = this.input("backdrop").checked;
     this.readLamp();
-    settings.exposure = form.exposure;
-    settings.curve = form.input("curve").value as ShadingSettings["curve"];
+    settings.exposure = this.exposure;
+    settings.curve = this.input("curve").value as ShadingSettings["curve"];
   }
 
   /** The material with what its fields say. What nobody has changed stays: sliders and colours round. */
@@ -162,13 +146,13 @@ export class MaterialPanel {
     for (const { name, type, scale } of FIELDS[material.kind]) {
       const before = changed[name];
       if (type === "slider") {
-        const shown = this.form.number(name);
-        if (this.form.moved(name)) changed[name] = scale ? scale.value(shown) : shown;
+        const shown = this.number(name);
+        if (this.moved(name)) changed[name] = scale ? scale.value(shown) : shown;
       } else if (type === "colour") {
-        const { value } = this.form.input(name);
+        const { value } = this.input(name);
         if (value !== hexFromLinear(before as Vec3)) changed[name] = linearFromHex(value);
       } else {
-        const metal = this.scene.metals.find((each) => each.name === this.form.input(name).value);
+        const metal = this.scene.metals.find((each) => each.name === this.input(name).value);
         if (metal) Object.assign(changed, index(metal));
       }
     }

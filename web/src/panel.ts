@@ -45,60 +45,44 @@ const template = (pem: Pem): string => `
   )}
   <button type="button" class="home">Return to the orbit</button>`;
 
-export class Panel {
-  private readonly form: Form;
-
+export class Panel extends Form {
   constructor(
     pem: Pem,
     private readonly settings: Settings,
     onChange: () => void,
     onHome: () => void,
   ) {
-    this.form = new Form("Display settings", template(pem), () => {
-      this.read();
-      this.show();
-      onChange();
-    });
+    super("Display settings", template(pem), onChange, onHome);
     this.show();
-    this.element.querySelector(".home")?.addEventListener("click", onHome);
   }
 
-  get element(): HTMLElement {
-    return this.form.element;
-  }
-
-  set status(text: string) {
-    this.form.status = text;
-  }
-
-  /** Puts the settings into the form. */
   show(): void {
-    const { form, settings } = this;
-    form.radio("view", settings.view);
-    form.radio("blend", settings.blend ? "blended" : "nearest");
+    const { settings } = this;
+    this.radio("view", settings.view);
+    this.radio("blend", settings.blend ? "blended" : "nearest");
     for (const name of ["distant", "local", "diffuse", "fresnel"] as const) {
-      form.input(name).checked = settings.shown[name];
+      this.input(name).checked = settings.shown[name];
     }
-    form.input("layer").value = String(settings.layer);
-    form.input("geometry").value = settings.geometry;
-    form.input("curve").value = settings.curve;
-    form.showExposure(settings.exposure);
-    form.slider("growth", Math.log2(settings.growth), `×${settings.growth.toFixed(2)}`);
+    this.input("layer").value = String(settings.layer);
+    this.input("geometry").value = settings.geometry;
+    this.input("curve").value = settings.curve;
+    this.showExposure(settings.exposure);
+    this.slider("growth", Math.log2(settings.growth), `×${settings.growth.toFixed(2)}`);
     for (const element of this.element.querySelectorAll<HTMLElement>("[data-for]")) {
       element.hidden = element.dataset.for !== settings.view;
     }
   }
 
-  private read(): void {
-    const { form, settings } = this;
-    const data = new FormData(form.element);
+  protected read(): void {
+    const { settings } = this;
+    const data = new FormData(this.element);
     settings.view = data.get("view") as Settings["view"];
     settings.blend = data.get("blend") === "blended";
     for (const name of ["distant", "local", "diffuse", "fresnel"] as const) settings.shown[name] = data.has(name);
     settings.layer = Number(data.get("layer"));
     settings.geometry = data.get("geometry") as Settings["geometry"];
-    settings.growth = 2 ** form.number("growth");
-    settings.exposure = form.exposure;
+    settings.growth = 2 ** this.number("growth");
+    settings.exposure = this.exposure;
     settings.curve = data.get("curve") as Settings["curve"];
   }
 }

@@ -1,6 +1,7 @@
 // Draws on a canvas whenever something changes: at once, coarsely if need be; then, at rest, with all sub-samples.
 
 import { type Camera, cameraAt, type Orbit, pointOf, type ViewPoint } from "./camera";
+import type { Form } from "./form";
 import type { PictureSum, Tone } from "./gpu/picture-sum";
 import type { Settings } from "./settings";
 import type { ShadingSettings } from "./shading";
@@ -29,18 +30,11 @@ export interface Listener {
   failed(message: string): void;
 }
 
-/** The form that goes with a player. */
-export interface Controls {
-  readonly element: HTMLElement;
-  /** What is said at its foot. */
-  status: string;
-}
-
 /** What players have in common: the camera, and when to draw. Settings and drawing are theirs. */
 export abstract class Player {
   /** Width at the right side of the canvas that something else covers, in the page's pixels. */
   covered = 0;
-  abstract readonly panel: Controls;
+  abstract readonly panel: Form;
   abstract readonly settings: Settings | ShadingSettings;
   protected point: ViewPoint;
   protected abstract readonly sampleCount: number; // a pixel, at rest
