@@ -18,6 +18,15 @@ class Interrupting:  # Ctrl-C while modules are loaded
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupting())
 """
+TRANSLATED = """
+from reflet.cli import main as command_line
+def work(*arguments, **more):  # Ctrl-C while a library loads its own
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as error:
+        raise ImportError("initialization failed") from error
+command_line.commands.main = work
+"""
 UNHEARD = """
 import threading
 class Busy:
@@ -43,7 +52,7 @@ def run(before: str, *arguments: str | Path, **environment: str) -> "subprocess.
     return subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **environment})
 
 
-@pytest.mark.parametrize("before", [IMPORTING, UNHEARD])
+@pytest.mark.parametrize("before", [IMPORTING, TRANSLATED, UNHEARD])
 def test_ctrl_c_is_always_heard(before: str) -> None:
     done = run(before, "sampling")
     assert (done.returncode, done.stdout, done.stderr.split()) == (130, "", ["Stopped."])
@@ -77,6 +86,23 @@ def test_a_disk_too_full_for_compiled_functions(sky: Path, tmp_path: Path) -> No
     assert done.returncode == 2, done.stderr
     assert len(done.stderr.splitlines()) == 1 and "NUMBA_CACHE_DIR" in done.stderr
     assert not (tmp_path / "a.exr").exists()
+
+
+def test_too_little_memory_is_one_sentence() -> None:
+    before = """
+from reflet.cli import main as command_line
+def work(*arguments, **more):
+    bytearray(1 << 60)
+command_line.commands.main = work
+"""
+    done = run(before)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1) and "memory" in done.stderr
+
+
+def test_other_errors_are_told_in_full() -> None:
+    before = "from reflet.cli import main as command_line\ncommand_line.commands.main = lambda *_, **__: 1 // 0"
+    done = run(before)
+    assert done.returncode == 1 and "ZeroDivisionError" in done.stderr and "Traceback" in done.stderr
 
 
 def test_nowhere_to_keep_compiled_functions(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from reflet.cli.render import render
 from reflet.cli.sampling import sampling
 from reflet.cli.shade import shade
 from reflet.cli.sketch import sketch
+from reflet.cli.start import interrupted
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning
@@ -76,26 +77,31 @@ def _run(arguments: list[str]) -> int:
     """The exit status of one command, after its error is said."""
     try:
         return int(commands.main(arguments, prog_name="reflet", standalone_mode=False) or 0)
-    except RefletError as error:
-        click.echo(f"reflet: {error}", err=True)
+    except (Exception, KeyboardInterrupt) as error:
+        if isinstance(error, click.Abort) or interrupted(error):
+            click.echo(_stopped(arguments), err=True)
+            return 130
+        if isinstance(error, click.exceptions.NoArgsIsHelpError):
+            error.show()
+        else:
+            click.echo(f"reflet: {_sentence(error)}", err=True)
         return 2
-    except click.exceptions.NoArgsIsHelpError as error:
-        error.show()
-        return 2
-    except click.ClickException as error:
+
+
+def _sentence(error: BaseException) -> str:
+    """What the user can put right; raises the error again where that is nothing."""
+    if isinstance(error, RefletError):
+        return str(error)
+    if isinstance(error, click.ClickException):
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "reflet"
-        click.echo(f"reflet: {error.format_message()} Try {command} --help.", err=True)
-        return 2
-    except OSError as error:  # what is no file of the user's: compiled functions, temporary folders
-        if error.errno not in REASONS:
-            raise
+        return f"{error.format_message()} Try {command} --help."
+    if isinstance(error, OSError) and error.errno in REASONS:  # of no file that was asked for
         place = error.filename or "Compiled functions (NUMBA_CACHE_DIR) or temporary files (TMPDIR)"
-        click.echo(f"reflet: {place} cannot be written: {REASONS[error.errno]}.", err=True)
-        return 2
-    except (click.Abort, KeyboardInterrupt):
-        click.echo(_stopped(arguments), err=True)
-        return 130
+        return f"{place} cannot be written: {REASONS[error.errno]}."
+    if isinstance(error, MemoryError):
+        return "There is not enough memory; choose a smaller size."
+    raise error
 
 
 def _stopped(arguments: list[str]) -> str:

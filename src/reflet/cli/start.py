@@ -1,27 +1,35 @@
-"""What the command ``reflet`` runs: `reflet.cli.main` in a process of its own."""
+"""What the command ``reflet`` runs: `reflet.cli.main` in a process of its own.
+
+Most of the standard library, too, is imported where Ctrl-C is heard.
+"""
 
 import os
 import signal
 import sys
-import threading
-from contextlib import contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 
 def main() -> None:
     """Runs one command and ends the process with `reflet.cli.main`'s statuses. Ctrl-C never ends in a traceback."""
-    sys.unraisablehook = _hear_again
     try:
+        sys.unraisablehook = _hear_again
         with _place_for_compiled_functions():
             from reflet.cli.main import main as run
 
             run()
-    except KeyboardInterrupt:  # while modules are loaded
+    except (Exception, KeyboardInterrupt) as error:  # while modules are loaded
+        if not interrupted(error):
+            raise
         print("Stopped.", file=sys.stderr)
         sys.exit(130)
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is said and done; what is left takes no time
+
+
+def interrupted(error: BaseException | None) -> bool:
+    """Whether an error comes of Ctrl-C: libraries that load their own make an ImportError of KeyboardInterrupt."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _hear_again(unraisable: "sys.UnraisableHookArgs") -> None:
@@ -30,6 +38,8 @@ def _hear_again(unraisable: "sys.UnraisableHookArgs") -> None:
     Python raises KeyboardInterrupt between any two instructions: also in a destructor, or in what LLVM calls back when
     it has compiled a function. From there no exception gets out, and the work would go on as if nothing had been said.
     """
+    import threading
+
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         # to the main thread itself, so that it wakes from waiting
         again = threading.Timer(0.05, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
@@ -39,14 +49,21 @@ def _hear_again(unraisable: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(unraisable)
 
 
-@contextmanager
 def _place_for_compiled_functions():  # type: ignore[no-untyped-def]
-    """numba keeps them beside their sources or in the home folder, and gives up where neither may be written: then they
-    last as long as this command."""
+    """A context with a place for them: numba keeps them beside their sources or in the home folder, and gives up where
+    neither may be written. Then they last as long as this command."""
+    from contextlib import contextmanager, nullcontext
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
     places = (Path(__file__).parents[1], Path(os.environ.get("XDG_CACHE_HOME") or "~").expanduser())
     if "NUMBA_CACHE_DIR" in os.environ or any(os.access(place, os.W_OK) for place in places):
-        yield
-    else:
+        return nullcontext()
+
+    @contextmanager
+    def for_this_command():  # type: ignore[no-untyped-def]
         with TemporaryDirectory(prefix="reflet-compiled-") as folder:
             os.environ["NUMBA_CACHE_DIR"] = folder
             yield
+
+    return for_this_command()
