@@ -121,3 +121,11 @@ command_line.commands.main = work
     folder, others = done.stdout.split()
     assert Path(folder).parent == tmp_path and others == "0"
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_under_what_is_printed() -> None:
+    command = [sys.executable, "-c", "from reflet.cli.start import main; main()", "sampling"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1) and "the disk is full" in done.stderr

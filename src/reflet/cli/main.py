@@ -97,7 +97,7 @@ def _sentence(error: BaseException) -> str:
         command = context.command_path if context else "reflet"
         return f"{error.format_message()} Try {command} --help."
     if isinstance(error, OSError) and error.errno in REASONS:  # of no file that was asked for
-        place = error.filename or "Compiled functions (NUMBA_CACHE_DIR) or temporary files (TMPDIR)"
+        place = error.filename or "What is printed, compiled functions (NUMBA_CACHE_DIR) or temporary files (TMPDIR)"
         return f"{place} cannot be written: {REASONS[error.errno]}."
     if isinstance(error, MemoryError):
         return "There is not enough memory; choose a smaller size."
