@@ -7,11 +7,13 @@ Run it with the folder to write to::
 Three lamps circle a teapot on a terrace at dusk. Each frame draws what surrounds the pot into a cube, filters that for
 the material of the moment, and draws the pot with it; no texel leaves the device. ``live.webp`` plays four seconds:
 on the left Phong's reflection over matte paint, its exponent running from 3 to 300 and back, on the right brushed gold
-by GGX, as rough as it is. ``strip.png`` shows five moments, and below them what is matte alone.
+by GGX, as rough as it is. ``strip.png`` shows five moments of both; below them a measured paint, dusty satin from the
+table of ``brdf_table.py``, and what is matte alone.
 
 What correct looks like: each highlight moves with its lamp, opposite to it over the pot, in the lamp's colour; it
-shrinks and brightens as the exponent grows, and at last shows the lamps' discs and the horizon. Where the lamps shine,
-matte paint is tinted, smoothly, with nothing jumping from frame to frame.
+shrinks and brightens as the exponent grows, and at last shows the lamps' discs and the horizon. The satin's stays as
+wide as it is and moves alike. Where the lamps shine, matte paint is tinted, smoothly, with nothing jumping from frame
+to frame.
 """
 
 import sys
@@ -19,12 +21,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from brdf_table import measured
 from PIL import Image
 
 from reflet.envmap.latlong import LatLong
 from reflet.files.atomic import atomic_path
 from reflet.files.png import write_png
+from reflet.reflectance.lobes import fit_lobes
 from reflet.reflectance.material import BLACK, GlossyGgx, GlossyPhong, SurfaceMaterial
+from reflet.reflectance.measured_material import Measured
 from reflet.render.capture import EnvironmentCapture
 from reflet.render.device import shared_device
 from reflet.render.live_environment import LiveEnvironment
@@ -88,17 +93,20 @@ def exponent(share: float) -> float:
     return float(np.exp(low + (high - low) * (1.0 - abs(1.0 - 2.0 * share))))
 
 
-def materials(share: float) -> tuple[SurfaceMaterial, ...]:
-    """Phong, GGX, matte. GGX of alpha² = 2/(N + 2) has a highlight about as wide, seen from above [Walter07]."""
+def materials(share: float, satin: Measured) -> tuple[SurfaceMaterial, ...]:
+    """Phong, GGX, measured, matte. GGX of alpha² = 2/(N + 2) has a highlight about as wide, from above [Walter07]."""
     phong_exponent = exponent(share)
     return (
         GlossyPhong(phong_exponent, (0.55, 0.55, 0.55), PAINT),
         GlossyGgx(GOLD, 1.0, float((2.0 / (phong_exponent / 4.0 + 2.0)) ** 0.25)),
+        satin,
         GlossyPhong(1.0, BLACK, PLASTER),
     )
 
 
-def main(out: Path, size: int = 256, frames: int = SECONDS * RATE, map_rows: int = 128, samples: int = 4) -> None:
+def main(
+    out: Path, size: int = 256, frames: int = SECONDS * RATE, map_rows: int = 128, samples: int = 4, angles: int = 12
+) -> None:
     """Writes ``strip.png`` and ``live.webp``, of pictures ``size`` pixels wide and high."""
     mesh = load_mesh("teapot")
     orbit = frame_mesh(mesh, elevation_deg=24.0, image_size=size)
@@ -108,18 +116,20 @@ def main(out: Path, size: int = 256, frames: int = SECONDS * RATE, map_rows: int
     capture = EnvironmentCapture(shared_device(), surroundings(radius), map_rows, light=LIGHT, near=0.01 * radius)
     live = LiveEnvironment(map_rows)
     renderer = MaterialRenderer(mesh, live)
+    satin = Measured(fit_lobes(measured(), angles=angles))
 
     def pictures(share: float, count: int) -> list[np.ndarray]:
         live.show(capture.frame(places(centre, radius, share), (centre[0], centre[1], centre[2])))
         return [
-            picture_srgb(renderer.picture(each, camera, samples=samples)[..., :3]) for each in materials(share)[:count]
+            picture_srgb(renderer.picture(each, camera, samples=samples)[..., :3])
+            for each in materials(share, satin)[:count]
         ]
 
     out.mkdir(parents=True, exist_ok=True)
     moments = [k / 10 for k in range(1, 6)]
-    rows = list(zip(*(pictures(share, 3) for share in moments), strict=True))
+    rows = list(zip(*(pictures(share, 4) for share in moments), strict=True))
     titles = [f"N = {exponent(share):.0f}" for share in moments]
-    write_png(out / "strip.png", plate([list(row) for row in rows], titles, ["Phong", "GGX", "matte"]))
+    write_png(out / "strip.png", plate([list(row) for row in rows], titles, ["Phong", "GGX", "measured", "matte"]))
     film = [Image.fromarray(np.concatenate(pictures(k / frames, 2), 1)) for k in range(frames)]
     with atomic_path(out / "live.webp") as path:
         film[0].save(path, "WEBP", save_all=True, append_images=film[1:], duration=1000 // RATE, loop=0, quality=80)

@@ -10,9 +10,10 @@ from PIL import Image
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def test_live_materials(tmp_path: Path) -> None:
+def test_live_materials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)  # for the table, which is an example of its own
     example = runpy.run_path(str(EXAMPLES / "live_materials.py"))
-    example["main"](tmp_path, size=72, frames=3, map_rows=32, samples=1)
+    example["main"](tmp_path, size=72, frames=3, map_rows=32, samples=1, angles=2)
     film = Image.open(tmp_path / "live.webp")
     assert (film.n_frames, film.size) == (3, (2 * 72, 72))
     frames = []

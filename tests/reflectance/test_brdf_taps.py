@@ -37,7 +37,7 @@ def test_weights_add_up_to_what_lobes_reflect(lobes: Lobes, taps: tuple[LobeTaps
     for one, expected in zip(taps, albedo, strict=True):
         assert len(one.blur) <= MOST_TAPS
         assert one.weight.min(initial=0.0) >= 0.0
-        # Slices that reflect next to nothing, as retroreflection along the normal, may be left black.
+        # Slices that reflect next to nothing may be left black.
         np.testing.assert_allclose(one.weight.sum(0), expected, rtol=1e-9, atol=1e-4)
 
 

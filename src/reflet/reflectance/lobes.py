@@ -123,7 +123,9 @@ def fit_lobes(brdf: Brdf, kinds: tuple[str, ...] = KINDS, angles: int = 16) -> L
         raise RefletError(f"A BRDF's lobes need at least 2 view angles, not {angles}; 16 are usual.")
     cosines = view_cosines(angles)
     glossy = glossy_axes(brdf, kinds, cosines) if "glossy" in kinds else np.zeros(angles)
-    fits = [_fit(brdf, kinds, float(cosine), float(axis)) for cosine, axis in zip(cosines, glossy, strict=True)]
+    fits: list[_Fit] = []
+    for cosine, axis in zip(cosines, glossy, strict=True):
+        fits.append(_fit(brdf, kinds, float(cosine), float(axis), fits[-1] if fits else None))
     named = [kind for kind in kinds if kind != "diffuse"]
     return Lobes(
         cosines,
@@ -144,7 +146,8 @@ class _Fit:
     error: float
 
 
-def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float, glossy: float) -> _Fit:
+def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float, glossy: float, before: _Fit | None) -> _Fit:
+    """For one view angle; the search begins at the fit ``before``, of the next view angle."""
     theta_o = float(np.arccos(cos_theta_o))
     axes = tuple(glossy if kind == "glossy" else -theta_o for kind in kinds if kind != "diffuse")
     direction, solid_angle = polar_points(axes or (0.0,))
@@ -154,7 +157,12 @@ def _fit(brdf: Brdf, kinds: tuple[str, ...], cos_theta_o: float, glossy: float) 
     columns = [csr_array(n_dot_l[:, None] / np.pi)] if "diffuse" in kinds else []
     matrix = csr_array(hstack([*columns, *hats]))
     blocks = [block.shape[1] for block in (*columns, *hats)]
-    x = _least_squares(matrix, q, solid_angle, blocks, falls=float(np.ptp(axes or (0.0,))) > 1e-6)
+    if before is None:
+        start = np.zeros((matrix.shape[1], q.shape[1]))
+    else:
+        diffuse = [before.diffuse[None]] if "diffuse" in kinds else []
+        start = np.concatenate([*diffuse, *before.densities])
+    x = _least_squares(matrix, q, solid_angle, blocks, start, falls=float(np.ptp(axes or (0.0,))) > 1e-6)
     reflected = solid_angle @ (matrix @ x)
     x = x * np.divide(solid_angle @ q, reflected, out=np.ones_like(reflected), where=reflected > 0.0)
     rest = q - matrix @ x
@@ -169,6 +177,7 @@ def _least_squares(
     target: Float[np.ndarray, "points channels"],
     weight: Float[np.ndarray, "points"],
     blocks: list[int],
+    start: Float[np.ndarray, "unknowns channels"],
     falls: bool,
 ) -> Float[np.ndarray, "unknowns channels"]:
     """The x ≥ 0 of least Σ weight·(A·x - target)², where it ``falls`` not ascending within any block of unknowns.
@@ -176,11 +185,12 @@ def _least_squares(
     Block by block: hats overlap with their neighbours alone, and add up to 1, so that within a block AᵀWA is at most
     the diagonal matrix D of its row sums. Hence (y - z)ᵀD(y - z) with y = x + D⁻¹·gradient bounds what is to be made
     small from above and touches it at z = x: its least value under the conditions, an isotonic regression, is a step
-    down. It starts at 0, so that of blocks which do the same (all lobes at normal incidence) the first takes all.
+    down. Blocks that do the same, as all lobes at normal incidence, keep what they ``start`` with, up to what the first
+    of them takes or leaves: what they share must not jump between view angles that playback blends.
     """
     square = (matrix.T @ (dia_array((weight[None], 0), shape=(len(weight), len(weight))) @ matrix)).toarray()
     right = matrix.T @ (target * weight[:, None])
-    x = np.zeros(right.shape)
+    x = start
     ends = np.cumsum(blocks)
     spans = [slice(end - count, end) for end, count in zip(ends, blocks, strict=True)]
     bounds = [np.maximum(square[span, span].sum(1), 1e-300) for span in spans]
