@@ -10,7 +10,6 @@ from reflet.reflectance.lobe_taps import LobeTaps, RingSearch, density_over_bins
 from reflet.reflectance.lobes import THETA, Lobe, Lobes
 from reflet.reflectance.tabulated_kernel import TabulatedKernel
 
-_RINGS = 5  # one more than other lobes have: many have a floor beside their peak
 _STEPS = 120  # of each search; more gain some thousandths
 _NOTHING = 1e-4  # of the light: slices that reflect less are left black
 
@@ -33,7 +32,7 @@ def _taps(lobe: Lobe) -> list[LobeTaps]:
             out.append(_BLACK)
             continue
         kernels = [TabulatedKernel(THETA, density) for density in densities.T[reflects]]
-        search = RingSearch(np.stack([density_over_bins(kernel) for kernel in kernels], -1), _RINGS)
+        search = RingSearch(np.stack([density_over_bins(kernel) for kernel in kernels], -1))
         starts = [search.start(), search.start_with_floor(), *([] if before is None else [before])]
         before = search.least(min(starts, key=search.distance), _STEPS)
         angle, blur = search.rings(before)

@@ -26,11 +26,12 @@ from scipy.special import i0e
 from reflet.reflectance.kernel import Kernel
 from reflet.reflectance.phong import PhongKernel
 
-RINGS, PER_RING = 4, 12
+RINGS, PER_RING = 6, 8  # many rings of few taps: tails of narrow lobes reach over decades of angles
 MOST_TAPS = 64  # that shaders have room for
-_LEAST_BLUR = 0.28  # of a ring's angle: twelve blurs half a step wide join to a ring
+_LEAST_BLUR = 0.5  # of the step from tap to tap: such blurs join to a ring
 _MOST_BLUR = 0.45  # of a ring's angle, or the lobe's half width at half height
 _WIDEST_BLUR = 0.235  # radians: of levels down to four texels to a right angle (0.6 texels); below, they are no blurs
+_PHONG_PER_RING = 12
 _PHONG_RING, _PHONG_BLUR = np.array([0.0, 0.62, 1.05, 1.54]), np.array([0.38, 0.37, 0.51, 0.69])  # of exponent 100
 _EDGE = np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 160)]) * np.pi
 _ANGLE = np.concatenate([[0.6 * _EDGE[1]], np.sqrt(_EDGE[1:-1] * _EDGE[2:])])  # radians; each stands for its bin
@@ -69,11 +70,10 @@ class RingSearch:
     """
 
     density: Float[np.ndarray, "angles channels"]
-    count: int = RINGS
 
     def start(self) -> Float[np.ndarray, "free"]:
         """Rings that share the lobe out evenly."""
-        return self._from_rings(self._even(self.density.mean(1) * _SOLID_ANGLE, self.count))
+        return self._from_rings(self._even(self.density.mean(1) * _SOLID_ANGLE, RINGS))
 
     def start_with_floor(self) -> Float[np.ndarray, "free"]:
         """The last ring far out, for lobes of which a part lies beyond three half widths, broad and dim."""
@@ -81,7 +81,7 @@ class RingSearch:
         far = np.where(3.0 * self._half_width < _ANGLE, light, 0.0)
         if far.sum() < 1e-3:
             return self.start()
-        ring = self._even(light - far, self.count - 1)
+        ring = self._even(light - far, RINGS - 1)
         return self._from_rings(np.append(ring, max(float(far @ _ANGLE / far.sum()), ring[-1] + 0.01)))
 
     @staticmethod
@@ -94,9 +94,10 @@ class RingSearch:
 
     def rings(self, free: Float[np.ndarray, "free"]) -> tuple[np.ndarray, np.ndarray]:
         """Angles and blurs, the middle's first, within the limits of the module."""
-        angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[: self.count])), 3.0)])
+        angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[:RINGS])), 3.0)])
         most = np.minimum(_WIDEST_BLUR, np.maximum(_MOST_BLUR * angle, _MOST_BLUR * self._half_width))
-        return angle, np.clip(np.exp(free[self.count :]), np.minimum(_LEAST_BLUR * angle, most), most)
+        least = np.minimum(_LEAST_BLUR * 2.0 * np.pi / PER_RING * angle, most)
+        return angle, np.clip(np.exp(free[RINGS:]), least, most)
 
     @cached_property
     def _half_width(self) -> float:
@@ -124,7 +125,8 @@ def phong_taps(phong_exponent: float) -> LobeTaps:
     kernel = PhongKernel(phong_exponent)
     scale = 1.0 / np.sqrt(phong_exponent + 1.0)
     ring, blur = _PHONG_RING * scale, np.minimum(_PHONG_BLUR * scale, _WIDEST_BLUR)
-    return taps_of_rings(ring, blur, ring_weights(density_over_bins(kernel)[:, None], ring, blur)[0][:, 0])
+    weight, _ = ring_weights(density_over_bins(kernel)[:, None], ring, blur)
+    return taps_of_rings(ring, blur, weight[:, 0], _PHONG_PER_RING)
 
 
 def density_over_bins(kernel: Kernel) -> Float[np.ndarray, "angles"]:
@@ -162,13 +164,16 @@ def _ring_density(
 
 
 def taps_of_rings(
-    ring: Float[np.ndarray, "rings"], blur: Float[np.ndarray, "rings"], weight: Float[np.ndarray, "rings *channels"]
+    ring: Float[np.ndarray, "rings"],
+    blur: Float[np.ndarray, "rings"],
+    weight: Float[np.ndarray, "rings *channels"],
+    per_ring: int = PER_RING,
 ) -> LobeTaps:
     """Every other ring is turned by half a step."""
     used = weight.reshape(len(ring), -1).max(1) > 0.0
-    count = np.where(used, np.where(ring == 0.0, 1, PER_RING), 0)
+    count = np.where(used, np.where(ring == 0.0, 1, per_ring), 0)
     of = np.repeat(np.arange(len(ring)), count)
     step = np.concatenate([np.arange(each) for each in count]) + 0.5 * (of % 2)
-    phi, theta = 2.0 * np.pi * step / PER_RING, ring[of]
+    phi, theta = 2.0 * np.pi * step / per_ring, ring[of]
     direction = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
     return LobeTaps(direction, blur[of], (weight.T / np.maximum(count, 1)).T[of])
