@@ -46,7 +46,7 @@ def renderer() -> MaterialRenderer:
     return MaterialRenderer(sphere_mesh(around=256), EnvironmentMaps(analytic_levels(CUBE, 64)[0], size=64))
 
 
-LEVELS = 3  # of GGX maps from 64 rows to 16
+LEVELS = 6  # of GGX maps: two each of 64, 32 and 16 rows
 
 
 def ggx_contrast(level: int) -> float:
@@ -179,6 +179,6 @@ def test_the_shader_finds_the_levels_of_roughness() -> None:
     shader = run("#import ggx_lod\nout[i] = ggx_lod(in0[i], 4.0);", [roughness[:, None]], 1)[:, 0]
     wanted = [GEOMETRIC.lod_from_roughness(r, 5) for r in roughness]
     np.testing.assert_allclose(shader, wanted, atol=2e-5)  # float32's log2
-    # Lobes are √200 times wider two levels on, but for the 0.005 of level 0.
-    alpha = np.array([GEOMETRIC.roughness_of_level(level, 5) for level in range(1, 5)]) ** 2
-    np.testing.assert_allclose(alpha[2:] / alpha[1:-1], 200.0**0.25, rtol=0.01)
+    # Lobes widen by one factor from level to level, but for the 0.0055 that a mirror's counts as.
+    square = np.array([GEOMETRIC.roughness_of_level(level, 5) for level in range(5)]) ** 4 + 0.0055**2
+    np.testing.assert_allclose(square[1:] / square[:-1], (1.0 + 0.0055**-2) ** 0.25, rtol=1e-3)  # 1 + 0.0055² at last

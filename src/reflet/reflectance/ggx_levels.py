@@ -36,17 +36,17 @@ class RoughnessScale:
 LINEAR = RoughnessScale("linear", lambda r: r, lambda share: share)  # glTF Sample Viewer, three.js's idea too
 FILAMENT = RoughnessScale("filament", lambda r: r * (2.0 - r), lambda share: 1.0 - float(np.sqrt(1.0 - share)))
 
-# That of our own renderers: lobes widen as texels do, by the same factor from level to level, so that what lies between
-# is a blend of lobes that differ little. What level 0 blurs counts as a lobe: texels of width w, boxes that are
-# interpolated between, have the variance w²/12 + w²/6, and α² = w²/8 has as much (`material_maps.roughness_over`). An
-# octahedral map of 256 rows has w = √4π/256 and α = 0.005; its levels down to 16 rows are for 0, 0.13, 0.27, 0.52 and
-# 1. So it is α² + 0.005² that grows by one factor from level to level.
-_FINEST = 0.005**2
+# That of our own renderers: lobes widen by the same factor from level to level, so that what lies between is a blend of
+# lobes that differ little. What level 0 blurs counts as a lobe: texels of width w, boxes that are interpolated between,
+# have the variance w²/12 + w²/6, and α² = w²/8 has as much (`material_maps.roughness_over`). An octahedral map of 256
+# rows has w = √4π/256 and α = 0.0049. We take α² + 0.0055² to grow by one factor from level to level: the first lobe of
+# `renderer_levels`, of α = 0.0146, is then as narrow as can be without a finer `radiance_tree`, which takes seconds.
+_FINEST = 0.0055**2
 _ALL = float(np.log1p(1.0 / _FINEST))
 GEOMETRIC = RoughnessScale(
     "geometric",
     lambda r: float(np.log1p(r**4 / _FINEST)) / _ALL,  # twin: ggx_lod.wgsl
-    lambda share: min(float(_FINEST * np.expm1(share * _ALL)) ** 0.25, 1.0),
+    lambda share: float(_FINEST * np.expm1(share * _ALL)) ** 0.25 if share < 1.0 else 1.0,
 )
 
 
@@ -69,7 +69,20 @@ def ggx_levels(
     count = checked_level_count(size, level_count)
     environment = Prefilter(image)
     kernels = [GgxKernel(scale.roughness_of_level(level, count) ** 2) for level in range(1, count)]
-    return (resample(image, to, size), *filtered_levels(environment, kernels, to, size >> 1, progress))
+    sizes = [max(size >> level, 1) for level in range(1, count)]
+    return (resample(image, to, size), *filtered_levels(environment, kernels, to, sizes, progress))
+
+
+def renderer_levels(image: EnvImage, to: Parameterization, size: int) -> tuple[EnvImage, ...]:
+    """The same for our renderers, by `GEOMETRIC`: two levels of each size, ``size`` rows and down to a quarter of it.
+
+    Below 64 rows sizes end at 16. With one level a size lobes are so far apart that between two of them a small sun
+    shows both, and the last level has so few texels that they can be seen where such a sun sets.
+    """
+    count = 2 * min(max(size // _SMALLEST, 1).bit_length(), 3)
+    kernels = [GgxKernel(GEOMETRIC.roughness_of_level(level, count) ** 2) for level in range(1, count)]
+    sizes = [size >> level // 2 for level in range(1, count)]
+    return (resample(image, to, size), *filtered_levels(Prefilter(image), kernels, to, sizes))
 
 
 def checked_level_count(size: int, level_count: int | None) -> int:
@@ -81,17 +94,21 @@ def checked_level_count(size: int, level_count: int | None) -> int:
 
 
 def filtered_levels(
-    environment: Prefilter, kernels: Sequence[Kernel], to: Parameterization, size: int, progress: Progress = unheard
+    environment: Prefilter,
+    kernels: Sequence[Kernel],
+    to: Parameterization,
+    sizes: Sequence[int],
+    progress: Progress = unheard,
 ) -> list[EnvImage]:
-    """A map for each kernel, each of half as many rows as the one before; ``progress`` hears of texels."""
-    texels = [int(np.prod(to.shape(max(size >> k, 1)))) for k in range(len(kernels))]
+    """A map of so many rows for each kernel; ``progress`` hears of texels."""
+    texels = [int(np.prod(to.shape(size))) for size in sizes]
     levels: list[EnvImage] = []
-    for kernel in kernels:
+    for kernel, size in zip(kernels, sizes, strict=True):
         before = sum(texels[: len(levels)])
 
         def heard(done: int, total: int, before: int = before, own: int = texels[len(levels)]) -> None:
             progress(before + own * done // total, sum(texels))
 
-        levels.append(environment.map(kernel, to, max(size >> len(levels), 1), heard))
+        levels.append(environment.map(kernel, to, size, heard))
     progress(sum(texels), sum(texels))
     return levels

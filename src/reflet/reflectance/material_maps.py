@@ -12,7 +12,7 @@ from reflet.envmap.octahedral import Octahedral
 from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.resample import resample
 from reflet.reflectance.brdf_map import BrdfMap3d, brdf_map_3d, rows_for
-from reflet.reflectance.ggx_levels import GEOMETRIC, ggx_levels
+from reflet.reflectance.ggx_levels import renderer_levels
 from reflet.reflectance.lambert import DiffuseKernel
 from reflet.reflectance.lobes import Lobes
 from reflet.reflectance.material import GlossyGgx, GlossyPhong, SurfaceMaterial
@@ -26,7 +26,7 @@ _DIFFUSE_SIZE = 64  # texels of 3°: interpolated, the smooth diffuse map errs b
 class MaterialMaps:
     """What one material looks up. Mip levels come finest first."""
 
-    reflected: tuple[EnvImage, ...]  # L_r, in the mirrored direction
+    reflected: tuple[EnvImage, ...]  # L_r, in the mirrored direction; several levels may have one size
     roughness: float | None  # perceptual_roughness to look up with, where its levels are filtered for that
     diffuse: EnvImage | None  # L_d, by the normal; none where the material has no use for it
 
@@ -69,8 +69,8 @@ class EnvironmentMaps:
 
     @cached_property
     def ggx(self) -> tuple[EnvImage, ...]:
-        """`ggx_levels`: `GEOMETRIC` says which LOD is for which perceptual_roughness."""
-        return ggx_levels(self._image, self._parameterization, self._size, scale=GEOMETRIC)
+        """`renderer_levels`: `GEOMETRIC` says which LOD is for which perceptual_roughness."""
+        return renderer_levels(self._image, self._parameterization, self._size)
 
     def _phong(self, phong_exponent: float) -> tuple[EnvImage, ...]:
         """Filtered with a Phong lobe, by the mirrored direction; with mip levels."""

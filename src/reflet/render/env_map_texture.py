@@ -27,11 +27,17 @@ class EnvMapTexture:
     parameterization: Parameterization
     size: int  # rows of a face
     texture: wgpu.GPUTexture
+    levels_a_size: int = 1  # one after the other in the layers of a mip level
 
     @property
     def by_hardware(self) -> bool:
         """Whether the hardware's cube sampler serves: of cubes in half float, which all devices can filter."""
-        return self.parameterization == CUBE and self.texture.format == HALF
+        return self.parameterization == CUBE and self.texture.format == HALF and self.levels_a_size == 1
+
+    @property
+    def level_count(self) -> int:
+        """Levels of all sizes."""
+        return int(self.levels_a_size * self.texture.mip_level_count)
 
     def read(self, mip_level: int = 0, number: int = 0) -> EnvImage:
         """One level, back from the device; of several maps in a row the ``number``-th."""
@@ -71,31 +77,39 @@ def create_env_map(
 
 
 def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMapTexture:
-    """Mip levels, finest first, each half as large as the one before; one is enough.
+    """Mip levels, finest first, each half as large as the one before, or as many of each size; one is enough.
 
     Half-float texels stay half float, all others become float32.
     """
     finest = levels[0]
     sizes = [level.size for level in levels]
-    if any(level.parameterization != finest.parameterization for level in levels) or sizes != [
-        finest.size >> k for k in range(len(levels))
-    ]:
+    a_size = sizes.count(finest.size)
+    if (
+        any(level.parameterization != finest.parameterization for level in levels)
+        or sizes != [finest.size >> k // a_size for k in range(len(levels))]
+        or len(levels) % a_size
+    ):
         raise RefletError(
             f"Mip levels of one parameterization were expected, each half as large as the last; sizes {sizes} came."
         )
     half = finest.texels.dtype == np.float16
-    env_map = create_env_map(device, finest.parameterization, finest.size, len(levels), HALF if half else FULL)
-    for mip_level, level in enumerate(levels):
+    texture_format = HALF if half else FULL
+    parameterization, mip_count = finest.parameterization, len(levels) // a_size
+    texture = create_env_map(
+        device, parameterization, finest.size, mip_count, texture_format, map_count=a_size
+    ).texture  # fmt: skip
+    for number, level in enumerate(levels):
         faces, rows, columns, channels = level.texels.shape
         texels = np.ones((faces, rows, columns, 4), np.float16 if half else np.float32)
         texels[..., :channels] = level.texels
+        mip_level, of_size = divmod(number, a_size)
         device.queue.write_texture(
-            {"texture": env_map.texture, "mip_level": mip_level},
+            {"texture": texture, "mip_level": mip_level, "origin": (0, 0, of_size * faces)},
             texels,
             {"bytes_per_row": texels.strides[1], "rows_per_image": rows},
             (columns, rows, faces),
         )
-    return env_map
+    return EnvMapTexture(device, parameterization, finest.size, texture, a_size)
 
 
 def env_map_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
@@ -127,7 +141,7 @@ def env_map_group(
     """
     uniform = np.zeros((), _UNIFORM)
     uniform["map_from_world"][:, :3] = np.eye(3) if map_from_world is None else np.transpose(map_from_world)
-    uniform["size"], uniform["max_lod"] = env_map.size, env_map.texture.mip_level_count - 1
+    uniform["size"], uniform["max_lod"] = env_map.size, env_map.level_count - 1
     uniform["lod_bias"], uniform["roughness"] = lod_bias, -1.0 if roughness is None else roughness
     cube = env_map if env_map.by_hardware else create_env_map(device, CUBE, 1, 1, HALF)
     resources = [

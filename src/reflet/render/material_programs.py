@@ -180,7 +180,8 @@ class MaterialPrograms:
 
 
 def _map_constants(env_map: EnvMapTexture) -> dict[str, int]:
-    return {"KIND": env_map.parameterization.kind, "BY_HARDWARE": int(env_map.by_hardware)}
+    constants = {"KIND": env_map.parameterization.kind, "BY_HARDWARE": int(env_map.by_hardware)}
+    return constants | ({"LEVELS_A_SIZE": env_map.levels_a_size} if env_map.levels_a_size > 1 else {})
 
 
 def _packed(material: SurfaceMaterial) -> np.ndarray:

@@ -12,7 +12,7 @@
 struct EnvMap {
   map_from_world: mat3x3f,  // a rotation
   size: f32,                // rows of a face at level 0
-  max_lod: f32,
+  max_lod: f32,             // the last level
   lod_bias: f32,
   roughness: f32,           // perceptual_roughness of lookups in maps whose levels are filtered for it; -1 in others
 }
@@ -20,6 +20,8 @@ struct EnvMap {
 // The map's parameterization, and whether binding 2 serves.
 override KIND: u32 = 0u;
 override BY_HARDWARE: bool = false;
+// Levels of each size, one after the other in the layers of a mip level. More than one have maps filtered by roughness.
+override LEVELS_A_SIZE: u32 = 1u;
 
 @group(1) @binding(0) var<uniform> env_map: EnvMap;
 @group(1) @binding(1) var maps: texture_2d_array<f32>;
@@ -42,16 +44,40 @@ fn map_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
 
 // The same for so many times the map's roughness.
 fn map_radiance_widened(d: vec3f, dx: vec3f, dy: vec3f, widening: f32) -> vec4f {
-  var lod = 0.0;
   if (env_map.roughness < 0.0) {
-    lod = map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod);
-  } else {
-    lod = ggx_lod(roughness_over(env_map.roughness * widening, d, dx, dy), env_map.max_lod);
+    return at_lod(d, map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod));
   }
+  return filtered_at_lod(d, ggx_lod(roughness_over(env_map.roughness * widening, d, dx, dy), env_map.max_lod));
+}
+
+fn at_lod(d: vec3f, lod: f32) -> vec4f {
   if (BY_HARDWARE) {
     return textureSampleLevel(cube, cube_sampler, d, lod);
   }
   return sample_map(KIND, maps, 0, d, lod);
+}
+
+// In maps whose levels are filtered by roughness.
+fn filtered_at_lod(d: vec3f, lod: f32) -> vec4f {
+  if (LEVELS_A_SIZE == 1u && lod <= max(env_map.max_lod - 2.0, 0.0)) {
+    return at_lod(d, lod);
+  }
+  let at = map_point(KIND, d);
+  let coarser = ceil(lod);
+  return mix(filtered_at_level(d, at, coarser), filtered_at_level(d, at, max(coarser - 1.0, 0.0)), coarser - lod);
+}
+
+// With one level a size the last two have few texels: where a small sun sets they would be seen.
+fn filtered_at_level(d: vec3f, at: MapPoint, level: f32) -> vec4f {
+  if (LEVELS_A_SIZE > 1u) {
+    let k = u32(level);
+    let layers = textureNumLayers(maps) / LEVELS_A_SIZE;
+    return sample_level(KIND, maps, i32((k % LEVELS_A_SIZE) * layers), at, i32(k / LEVELS_A_SIZE));
+  }
+  if (level < max(env_map.max_lod - 1.0, 1.0)) {
+    return at_lod(d, level);
+  }
+  return sample_level_smoothly(KIND, maps, 0, at, i32(level));
 }
 
 // Both in directions of the world.
