@@ -16,7 +16,7 @@ _LEAST = 4  # rows of the last mip level: a sphere of 16 texels
 class BrdfMapFilter:
     """The device's twin of `reflet.reflectance.brdf_map.brdf_map_3d`, but for the diffuse map.
 
-    Each slice of each lobe is an octahedral map, as large as the narrowest lobe asks for, whose texels take up to 61
+    Each slice of each lobe is an octahedral map, as large as the narrowest lobe asks for, whose texels take up to 49
     hardware-filtered lookups from a ``pyramid`` (`brdf_taps`). To find these takes up to a tenth of a second a slice.
     ``result`` is the texture that is filled, the same every time. Raises RefletError for more layers than the device
     has. Memory: 11 bytes a texel.
