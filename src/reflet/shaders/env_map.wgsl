@@ -42,42 +42,37 @@ fn map_radiance(d: vec3f, dx: vec3f, dy: vec3f) -> vec4f {
   return map_radiance_widened(d, dx, dy, 1.0);
 }
 
-// The same for so many times the map's roughness.
+// The same for so many times the map's roughness. Software renderers go both ways of a branch, but not around in loops that
+// no pixel needs: that is why there is one lookup for all.
 fn map_radiance_widened(d: vec3f, dx: vec3f, dy: vec3f, widening: f32) -> vec4f {
-  if (env_map.roughness < 0.0) {
-    return at_lod(d, map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod));
+  let by_roughness = env_map.roughness >= 0.0;
+  var lod = 0.0;
+  if (by_roughness) {
+    lod = ggx_lod(roughness_over(env_map.roughness * widening, d, dx, dy), env_map.max_lod);
+  } else {
+    lod = map_lod(KIND, d, dx, dy, env_map.size, env_map.lod_bias, env_map.max_lod);
   }
-  return filtered_at_lod(d, ggx_lod(roughness_over(env_map.roughness * widening, d, dx, dy), env_map.max_lod));
-}
-
-fn at_lod(d: vec3f, lod: f32) -> vec4f {
-  if (BY_HARDWARE) {
-    return textureSampleLevel(cube, cube_sampler, d, lod);
-  }
-  return sample_map(KIND, maps, 0, d, lod);
-}
-
-// In maps whose levels are filtered by roughness.
-fn filtered_at_lod(d: vec3f, lod: f32) -> vec4f {
-  if (LEVELS_A_SIZE == 1u && lod <= max(env_map.max_lod - 2.0, 0.0)) {
-    return at_lod(d, lod);
-  }
-  let at = map_point(KIND, d);
-  let coarser = ceil(lod);
-  return mix(filtered_at_level(d, at, coarser), filtered_at_level(d, at, max(coarser - 1.0, 0.0)), coarser - lod);
-}
-
-// With one level a size the last two have few texels: where a small sun sets they would be seen.
-fn filtered_at_level(d: vec3f, at: MapPoint, level: f32) -> vec4f {
   if (LEVELS_A_SIZE > 1u) {
-    let k = u32(level);
-    let layers = textureNumLayers(maps) / LEVELS_A_SIZE;
-    return sample_level(KIND, maps, i32((k % LEVELS_A_SIZE) * layers), at, i32(k / LEVELS_A_SIZE));
+    let at = map_point(KIND, d);
+    let finer = u32(lod);
+    return mix(at_level(at, finer), at_level(at, min(finer + 1u, u32(env_map.max_lod))), lod - f32(finer));
   }
-  if (level < max(env_map.max_lod - 1.0, 1.0)) {
-    return at_lod(d, level);
+  if (!BY_HARDWARE) {
+    return sample_map(KIND, maps, 0, d, lod);
   }
-  return sample_level_smoothly(KIND, maps, 0, at, i32(level));
+  // The last level filtered by roughness has few texels. Where a small sun sets they would be seen.
+  let first_smooth = select(env_map.max_lod + 2.0, env_map.max_lod, by_roughness);
+  let plain = textureSampleLevel(cube, cube_sampler, d, min(lod, first_smooth - 1.0));
+  var radiance = clamp(first_smooth - lod, 0.0, 1.0) * plain;
+  for (var level = max(floor(lod), first_smooth); level < lod + 1.0; level += 1.0) {
+    radiance += (1.0 - abs(lod - level)) * sample_level_smoothly(KIND, maps, 0, map_point(KIND, d), i32(level));
+  }
+  return radiance;
+}
+
+fn at_level(at: MapPoint, level: u32) -> vec4f {
+  let layers = textureNumLayers(maps) / LEVELS_A_SIZE;
+  return sample_level(KIND, maps, i32((level % LEVELS_A_SIZE) * layers), at, i32(level / LEVELS_A_SIZE));
 }
 
 // Both in directions of the world.
