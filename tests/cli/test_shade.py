@@ -145,6 +145,10 @@ def test_metals_are_those_of_the_tables(file: str) -> None:
         (["kettle.glb", "{white}", "--material", "mirror", "-o", "out.png"], "no file"),
         (["teapot", "nowhere.hdr", "--material", "mirror", "-o", "out.png"], "nowhere.hdr"),
         (["teapot", "{white}", "--material", "mirror", "--distance", "-1", "-o", "out.png"], "positive"),
+        (["teapot", "{white}", "--material", "mirror", "--turn", "inf", "-o", "out.png"], "degrees"),
+        (["teapot", "{white}", "--material", "mirror", "--exposure", "-1", "-o", "out.png"], "above 0"),
+        (["teapot", "{white}", "--material", "mirror", "--exposure", "nan", "-o", "out.png"], "above 0"),
+        (["teapot", "{white}", "--material", "table:{white}", "-o", "out.png"], "no .npz archive of arrays"),
     ],
 )
 def test_bad_input_ends_in_a_sentence(

@@ -93,6 +93,8 @@ def shade(
     suffix = output.suffix.lower()
     if suffix not in (".png", ".exr"):
         raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
+    if not (np.isfinite(turn) and 0.0 < exposure < np.inf):
+        raise RefletError(f"A turn is a number of degrees, an exposure one above 0, not {turn:g} and {exposure:g}.")
     kind = parameterization(source_is) if source_is else None
     if shows_map(material):
         levels, lookup = map_material(material, environment, kind, drawing_size(size))

@@ -31,8 +31,10 @@ def read_measured_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
                 raise RefletError(f"{path} holds no {', '.join(missing)}; a BRDF table needs all of its four arrays.")
             angles = [np.asarray(archive[name], np.float64).ravel() for name in _ANGLES]
             values = np.asarray(archive["values"], np.float64)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise RefletError(f"{path} cannot be read as a .npz archive ({error}); check or copy it again.") from error
+    except OSError as error:
+        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise RefletError(f"{path} is no .npz archive of arrays, or damaged; check or copy it again.") from error
     return MeasuredBrdf(angles[0], angles[1], angles[2], values[..., None] if values.ndim == 3 else values)
 
 
