@@ -96,10 +96,15 @@ def write_levels(
                 "(--no-mips)."
             )
         levels = mip_images(levels[0])
+    warn_of_format(out, levels, texel_format)
+    write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
+
+
+def warn_of_format(out: str | Path, levels: Sequence[EnvImage], texel_format: str | None) -> None:
+    """Warns where the texels of a texture's file, by default half, cut the radiance."""
     stored_as = texel_format or "half"
     if Path(out).suffix.lower() in WITH_MIP_LEVELS and stored_as in _MOST:
         warn_of_clipping(out, levels, _MOST[stored_as], stored_as, "store them as float, or in .exr")
-    write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
 
 
 def warn_of_clipping(out: str | Path, levels: Sequence[EnvImage], most: float, texel_format: str, instead: str) -> None:

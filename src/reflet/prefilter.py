@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.convert import WITH_MIP_LEVELS, check_size, write_levels
+from reflet.convert import WITH_MIP_LEVELS, check_size, warn_of_format, write_levels
 from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.equal_sampling import equal_sampling_size
@@ -132,6 +132,7 @@ def prefilter(
         with_mips = suffix in WITH_MIP_LEVELS if mips is None else mips
         write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
     elif each:
+        warn_of_format(out, levels, texel_format)
         with ExitStack() as all_or_none:
             for number, level in enumerate(levels):
                 name = all_or_none.enter_context(atomic_path(out.with_name(out.name.replace(LEVEL, str(number)))))
