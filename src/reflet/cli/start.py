@@ -12,10 +12,10 @@ def main() -> None:
     """Runs one command and ends the process with `reflet.cli.main`'s statuses. Ctrl-C never ends in a traceback."""
     try:
         sys.unraisablehook = _hear_again
-        with _place_for_compiled_functions():
-            from reflet.cli.main import main as run
+        _keep_compiled_functions()
+        from reflet.cli.main import main as run
 
-            run()
+        run()
     except (Exception, KeyboardInterrupt) as error:  # while modules are loaded
         if not interrupted(error):
             raise
@@ -49,21 +49,15 @@ def _hear_again(unraisable: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(unraisable)
 
 
-def _place_for_compiled_functions():  # type: ignore[no-untyped-def]
-    """A context with a place for them: numba keeps them beside their sources or in the home folder, and gives up where
-    neither may be written. Then they last as long as this command."""
-    from contextlib import contextmanager, nullcontext
+def _keep_compiled_functions() -> None:
+    """numba keeps them beside their sources or in the home folder, and gives up where neither may be written. Then they
+    last as long as this command."""
+    import atexit
     from pathlib import Path
     from tempfile import TemporaryDirectory
 
     places = (Path(__file__).parents[1], Path(os.environ.get("XDG_CACHE_HOME") or "~").expanduser())
-    if "NUMBA_CACHE_DIR" in os.environ or any(os.access(place, os.W_OK) for place in places):
-        return nullcontext()
-
-    @contextmanager
-    def for_this_command():  # type: ignore[no-untyped-def]
-        with TemporaryDirectory(prefix="reflet-compiled-") as folder:
-            os.environ["NUMBA_CACHE_DIR"] = folder
-            yield
-
-    return for_this_command()
+    if "NUMBA_CACHE_DIR" not in os.environ and not any(os.access(place, os.W_OK) for place in places):
+        folder = TemporaryDirectory(prefix="reflet-compiled-")
+        atexit.register(folder.cleanup)
+        os.environ["NUMBA_CACHE_DIR"] = folder.name
