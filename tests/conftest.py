@@ -1,8 +1,10 @@
 """Shapes and types of every annotated function are checked while tests run, and only then.
 
-What hypothesis tries is the same on every run, however slow the machine.
+What hypothesis tries is the same on every run, however slow the machine. Processes that tests start hear Ctrl-C: a shell
+that runs the tests in its background has it ignored, and they would inherit that.
 """
 
+import signal
 from pathlib import Path
 
 from hypothesis import HealthCheck, settings
@@ -12,6 +14,8 @@ settings.register_profile(
     "reflet", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
 )
 settings.load_profile("reflet")
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SOURCE = Path(__file__).parents[1] / "src"
 
