@@ -1,7 +1,7 @@
 """Shapes and types of every annotated function are checked while tests run, and only then.
 
-What hypothesis tries is the same on every run, however slow the machine. Processes that tests start hear Ctrl-C: a shell
-that runs the tests in its background has it ignored, and they would inherit that.
+What hypothesis tries is the same on every run, however slow the machine. Processes that tests start hear Ctrl-C: a
+shell that runs the tests in its background has it ignored, and they would inherit that.
 """
 
 import signal
