@@ -1,7 +1,7 @@
 """Pictures of the viewer: .venv/bin/python tools/viewer_picture.py SCENE docs/viewer.png [SETTINGS]
 
-Opens a scene's folder, a PEM's or the one named scene that ``reflet view --export`` wrote, in headless Chromium, which draws by software:
-minutes, not seconds. SETTINGS (JSON) are those of docs/viewer.md, "For scripts".
+Opens a scene's folder, a PEM's or the one named scene that ``reflet view --export`` wrote, in headless Chromium, which
+draws by software: seconds a frame. SETTINGS (JSON) are those of docs/viewer.md, "For scripts".
 """
 
 import subprocess
