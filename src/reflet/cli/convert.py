@@ -6,6 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
+from reflet.envmap.parameterization import Parameterization
 
 
 @click.command(short_help="Turn an environment map file into another kind.")
@@ -17,13 +18,13 @@ from reflet.cli.progress import progress_bar
 def convert(
     source: Path,
     out: Path,
-    to: str | None,
+    to: Parameterization | None,
     size: int | None,
     layout: str | None,
     mips: bool | None,
     texel_format: str | None,
     zstd: bool,
-    source_is: str | None,
+    source_is: Parameterization | None,
 ) -> None:
     """Reads IN, resamples it with a filter that keeps its energy, and writes OUT.
 
@@ -39,15 +40,14 @@ def convert(
       reflet convert probe.hdr studio.exr --from angular --to latlong
     """
     from reflet.convert import convert as convert_file
-    from reflet.envmap.parameterizations import parameterization
 
     with progress_bar() as progress:
         image = convert_file(
             source,
             out,
-            to=parameterization(to) if to else None,
+            to=to,
             size=size,
-            source_is=parameterization(source_is) if source_is else None,
+            source_is=source_is,
             layout=layout,
             mips=mips,
             texel_format=texel_format,

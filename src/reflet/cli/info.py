@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import from_option
+from reflet.envmap.parameterization import Parameterization
 from reflet.errors import RefletError
 
 
 @click.command(short_help="Say what a PEM, an environment map or a BRDF table holds.")
 @click.argument("path", metavar="PEM|FILE", type=click.Path(path_type=Path))
 @from_option
-def info(path: Path, source_is: str | None) -> None:
+def info(path: Path, source_is: Parameterization | None) -> None:
     """Prints what is in a PEM's folder, or in the file of an environment map or a BRDF table.
 
     Of a PEM: viewpoints, layers with their geometries, sizes, and how well inference went. Of a file: kind, size,
@@ -49,15 +50,14 @@ def _holds_a_cube(folder: Path) -> bool:
         return False
 
 
-def _tell_of_map(path: Path, source_is: str | None) -> None:
+def _tell_of_map(path: Path, source_is: Parameterization | None) -> None:
     from rich.console import Console
 
-    from reflet.envmap.parameterizations import parameterization
     from reflet.files.env_image_file import file_facts, read_levels
     from reflet.report.env_image_table import env_image_table
     from reflet.report.terminal_picture import terminal_picture
 
-    levels = read_levels(path, parameterization(source_is) if source_is else None)
+    levels = read_levels(path, source_is)
     console = Console()
     if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
         console.print(terminal_picture(levels[0], min(console.width, 96)), end="")

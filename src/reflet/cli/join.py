@@ -6,6 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, Vector, layout_option
 from reflet.cli.progress import progress_bar
+from reflet.envmap.parameterization import Parameterization
 from reflet.envmap.projections import PROJECTIONS
 
 
@@ -48,7 +49,7 @@ def join(
     back_turn: tuple[float, float, float],
     blend: float | None,
     balance: bool,
-    to: str,
+    to: Parameterization,
     size: int | None,
     layout: str | None,
 ) -> None:
@@ -64,7 +65,6 @@ def join(
       reflet join ball1.hdr ball2.hdr --projection mirror_ball --blend 20 --circle 1024,1030,980 -o probe.exr
       reflet join sky.jpg -o sky.exr
     """
-    from reflet.envmap.parameterizations import parameterization
     from reflet.join import camera_turn
     from reflet.join import join as join_files
 
@@ -80,7 +80,7 @@ def join(
             front_from_back=camera_turn(*back_turn),
             blend_deg=blend,
             balance=balance,
-            to=parameterization(to),
+            to=to,
             size=size,
             layout=layout,
             progress=progress,

@@ -25,7 +25,7 @@ samples_option = click.option(
     default=None,
     help="Samples a pixel; by default those that the maps were inferred for.",
 )
-PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS))
+PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(
     "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."
 )

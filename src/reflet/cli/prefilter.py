@@ -6,6 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
+from reflet.envmap.parameterization import Parameterization
 
 TABLE = "table:"
 
@@ -37,14 +38,14 @@ def prefilter(
     brdf: str | None,
     engine: str | None,
     sh: Path | None,
-    to: str | None,
+    to: Parameterization | None,
     size: int | None,
     levels: int | None,
     layout: str | None,
     mips: bool | None,
     texel_format: str | None,
     zstd: bool,
-    source_is: str | None,
+    source_is: Parameterization | None,
     output: Path | None,
 ) -> None:
     """Filters ENV, an environment map of any kind, once and for all directions, so that a renderer looks glossy and
@@ -69,7 +70,6 @@ def prefilter(
       reflet prefilter studio.hdr --brdf diffuse -o diffuse.ktx2 --sh studio.json
       reflet prefilter studio.hdr --brdf table:paint.npz -o paint
     """
-    from reflet.envmap.parameterizations import parameterization
 
     if not (brdf or engine or sh):
         raise click.UsageError("Say what to make: --brdf NAME, --engine NAME or --sh FILE.json.")
@@ -81,19 +81,18 @@ def prefilter(
         raise click.UsageError(
             "--engine knows how its files are made; of the other options it takes --size and --from."
         )
-    of_source = parameterization(source_is) if source_is else None
     written: list[str] = []
     with progress_bar() as progress:
         if sh:
             from reflet.prefilter import harmonics
 
-            harmonics(source, sh, source_is=of_source, progress=progress)
+            harmonics(source, sh, source_is=source_is, progress=progress)
             written.append(f"{sh} is written.")
         if engine and output:
             from reflet.engine_maps import engine_maps
 
             rows = 256 if size is None else size
-            files = engine_maps(source, output, engine, size=rows, source_is=of_source, progress=progress)
+            files = engine_maps(source, output, engine, size=rows, source_is=source_is, progress=progress)
             written += [f"{path} is written." for path in files]
         elif brdf and brdf.startswith(TABLE) and output:
             from reflet.brdf_maps import brdf_maps
@@ -104,9 +103,9 @@ def prefilter(
                 source,
                 brdf.removeprefix(TABLE),
                 output,
-                to=parameterization(to) if to else None,
+                to=to,
                 size=size,
-                source_is=of_source,
+                source_is=source_is,
                 texel_format=texel_format,
                 zstd=zstd,
                 progress=progress,
@@ -119,10 +118,10 @@ def prefilter(
                 source,
                 output,
                 brdf,
-                to=parameterization(to) if to else None,
+                to=to,
                 size=size,
                 level_count=levels,
-                source_is=of_source,
+                source_is=source_is,
                 layout=layout,
                 mips=mips,
                 texel_format=texel_format,

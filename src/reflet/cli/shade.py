@@ -6,6 +6,7 @@ import click
 
 from reflet.cli.options import Vector, from_option
 from reflet.cli.progress import progress_bar
+from reflet.envmap.parameterization import Parameterization
 
 RGB = Vector()
 RGB.name = "R,G,B"
@@ -42,7 +43,7 @@ def shade(
     samples: str,
     size: int,
     exposure: float,
-    source_is: str | None,
+    source_is: Parameterization | None,
     no_backdrop: bool,
     output: Path,
 ) -> None:
@@ -78,7 +79,6 @@ def shade(
     """
     import numpy as np
 
-    from reflet.envmap.parameterizations import parameterization
     from reflet.errors import RefletError
     from reflet.files.env_image_file import read_env_image
     from reflet.files.exr import write_exr
@@ -95,9 +95,8 @@ def shade(
         raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
     if not (np.isfinite(turn) and 0.0 < exposure < np.inf):
         raise RefletError(f"A turn is a number of degrees, an exposure one above 0, not {turn:g} and {exposure:g}.")
-    kind = parameterization(source_is) if source_is else None
     if shows_map(material):
-        levels, lookup = map_material(material, environment, kind, drawing_size(size))
+        levels, lookup = map_material(material, environment, source_is, drawing_size(size))
         shape = load_mesh(mesh)
         orbit = frame_mesh(shape, azimuth_deg=azimuth, elevation_deg=elevation, distance=distance, image_size=size)
         drawn = sketch(shape, levels, orbit.camera(), lookup, int(samples), turn_about_vertical(turn))
@@ -108,7 +107,7 @@ def shade(
         raise RefletError(
             f"The material {material} is lit by an environment, and none came; name a file after the mesh."
         )
-    image = read_env_image(environment, kind)
+    image = read_env_image(environment, source_is)
     with progress_bar() as progress:
         picture = draw(
             mesh,

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import PARAMETERIZATION
+from reflet.envmap.parameterization import Parameterization
 
 
 @click.command(short_help="Draw a non-photorealistic map.")
@@ -13,7 +14,7 @@ from reflet.cli.options import PARAMETERIZATION
 @click.option("--parameterization", type=PARAMETERIZATION, default="dual_paraboloid", show_default=True)
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Another hand.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The file to write.")
-def sketch(drawing: str, size: int, parameterization: str, seed: int, output: Path) -> None:
+def sketch(drawing: str, size: int, parameterization: Parameterization, seed: int, output: Path) -> None:
     """Writes DRAWING as an environment map with every mip level drawn, not filtered, so that lines keep their width.
 
     A .ktx2, .ktx or .dds holds all levels. Of a .png, .exr or .hdr, {level} in the name stands for the number of each;
@@ -33,8 +34,7 @@ def sketch(drawing: str, size: int, parameterization: str, seed: int, output: Pa
       reflet shade teapot illustration.ktx2 --material map:view-normal -o teapot.png
       reflet sketch hatching --parameterization cube --size 512 -o 'hatching_{level}.png'
     """
-    from reflet.envmap.parameterizations import parameterization as named
     from reflet.sketch import sketch_levels, write_sketch
 
-    for file in write_sketch(output, sketch_levels(drawing, named(parameterization), size, seed)):
+    for file in write_sketch(output, sketch_levels(drawing, parameterization, size, seed)):
         click.echo(f"{file} is written.")

@@ -8,6 +8,7 @@ import click
 from reflet.cli.options import from_option
 from reflet.cli.progress import progress_bar
 from reflet.cli.shade import RGB
+from reflet.envmap.parameterization import Parameterization
 
 
 @click.command(short_help="Look at a PEM, or at a mesh in an environment, in the browser.")
@@ -36,7 +37,7 @@ def view(
     azimuth: float | None,
     elevation: float | None,
     distance: float | None,
-    source_is: str | None,
+    source_is: Parameterization | None,
     out: Path | None,
     port: int,
     no_browser: bool,
@@ -55,7 +56,6 @@ def view(
       reflet view chair.glb studio.hdr --export site           a page to upload
       reflet view teapot --material gooch+silhouette --material hatching
     """
-    from reflet.envmap.parameterizations import parameterization
     from reflet.errors import RefletError
     from reflet.shade import BUILT_IN
     from reflet.view.export import export_viewer
@@ -82,7 +82,7 @@ def view(
                 scene,
                 environment,
                 materials,
-                source_is=parameterization(source_is) if source_is else None,
+                source_is=source_is,
                 albedo=albedo,
                 specular=specular,
                 metallic=metallic,

@@ -22,9 +22,7 @@ from reflet.reflectance.ggx import GgxKernel
 
 SAMPLES = 1024
 _ALPHAS = np.geomspace(1e-5, 1.0, 129)
-_STEPS = (
-    8  # towards the least mean: what is left is hundredths of the lobe's width, at grazing angles, and less elsewhere
-)
+_STEPS = 8  # towards the least mean: what is left is hundredths of the lobe's width at grazing angles, less elsewhere
 _LEAST = 1e-12  # of s
 
 

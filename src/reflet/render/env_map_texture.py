@@ -1,7 +1,7 @@
 """Plain env maps on the device: the host's side of `shaders/env_map.wgsl`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import wgpu
@@ -93,23 +93,20 @@ def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMap
             f"Mip levels of one parameterization were expected, each half as large as the last; sizes {sizes} came."
         )
     half = finest.texels.dtype == np.float16
-    texture_format = HALF if half else FULL
-    parameterization, mip_count = finest.parameterization, len(levels) // a_size
-    texture = create_env_map(
-        device, parameterization, finest.size, mip_count, texture_format, map_count=a_size
-    ).texture  # fmt: skip
+    mip_count, texture_format = len(levels) // a_size, HALF if half else FULL
+    env_map = create_env_map(device, finest.parameterization, finest.size, mip_count, texture_format, map_count=a_size)
     for number, level in enumerate(levels):
         faces, rows, columns, channels = level.texels.shape
         texels = np.ones((faces, rows, columns, 4), np.float16 if half else np.float32)
         texels[..., :channels] = level.texels
         mip_level, of_size = divmod(number, a_size)
         device.queue.write_texture(
-            {"texture": texture, "mip_level": mip_level, "origin": (0, 0, of_size * faces)},
+            {"texture": env_map.texture, "mip_level": mip_level, "origin": (0, 0, of_size * faces)},
             texels,
             {"bytes_per_row": texels.strides[1], "rows_per_image": rows},
             (columns, rows, faces),
         )
-    return EnvMapTexture(device, parameterization, finest.size, texture, a_size)
+    return replace(env_map, levels_a_size=a_size)
 
 
 def env_map_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
