@@ -22,23 +22,23 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import wgpu
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
-from reflet.envmap.equal_sampling import equal_sampling_size
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import analyze, valid_texels
-from reflet.render.capture import EnvironmentCapture
-from reflet.render.device import adapter_name, shared_device
-from reflet.render.device_mesh import begin_pass
-from reflet.render.env_map_renderer import EnvMapRenderer
-from reflet.render.env_map_texture import HALF, EnvMapTexture
-from reflet.render.matte_scene import MatteScene
-from reflet.render.views import Views, camera_view, view_layout
-from reflet.scene.camera import Camera
+from reflet.render.capture.capture import EnvironmentCapture
+from reflet.render.capture.matte_scene import MatteScene
+from reflet.render.device.device import adapter_name, shared_device
+from reflet.render.maps.env_map_texture import HALF, EnvMapTexture
+from reflet.render.materials.env_map_renderer import EnvMapRenderer
+from reflet.render.meshes.device_mesh import begin_pass
+from reflet.render.meshes.views import Views, camera_view, view_layout
 from reflet.scene.material import Material
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.sky_light import OVERCAST
+from reflet.scene.views.camera import Camera
 
 ROUNDS = 9
 SOLIDS = 60

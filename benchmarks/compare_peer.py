@@ -21,17 +21,17 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.engine_maps import engine_maps
-from reflet.envmap.cube import CUBE, direction_from_face
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.resample import radiance_at
+from reflet.envmap.parameterizations.cube import CUBE, direction_from_face
+from reflet.envmap.resampling.resample import radiance_at
 from reflet.files.env_image_file import read_env_image, read_levels
-from reflet.files.filament import quarter_turned
-from reflet.files.ktx1 import read_ktx1_texture
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import FILAMENT, ggx_levels
-from reflet.reflectance.prefilter import Prefilter
-from reflet.reflectance.quadrature import filtered_reference
+from reflet.files.textures.filament import quarter_turned
+from reflet.files.textures.ktx1 import read_ktx1_texture
+from reflet.pipelines.engine_maps import engine_maps
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.prefilter.ggx_levels import FILAMENT, ggx_levels
+from reflet.reflectance.prefilter.prefilter import Prefilter
 
 PEER = Path(__file__).parents[2] / "shared" / "data" / "peers" / "cmgen_neutral"
 ACROSS = 24  # points of a texel for the mirror's reference

@@ -24,16 +24,16 @@ from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.pem.container import open_pem
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.render.renderer import Renderer
+from reflet.render.playback.renderer import Renderer
 from reflet.scene.bounds import object_positions
-from reflet.scene.gltf import read_gltf
-from reflet.scene.hull import hull_triangles
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.primitives import torus_mesh
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import torus_mesh
+from reflet.scene.readers.gltf import read_gltf
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.hull import hull_triangles
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.shaders.link import link_text
 
 ROUNDS = 9
@@ -96,7 +96,7 @@ def main() -> None:
     between = {axis.name: float(np.mean(axis.values[:2])) for axis in pem.space.axes}
     camera = pem.space.orbit.camera(between)
     layered, plain = Renderer(pem), Renderer(plain_pem(pem))
-    with patch("reflet.render.passes.link", lambda program: link_text(PLAIN.read_text())):
+    with patch("reflet.render.playback.passes.link", lambda program: link_text(PLAIN.read_text())):
         plain.frame(camera, samples=1)  # builds the pipeline from the plain program
     frames = (
         ("layered, fast", partial(layered.frame, camera, exact=False)),

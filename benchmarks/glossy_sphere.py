@@ -19,22 +19,22 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.resampling.resample import resample
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.material import GlossyGgx
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.prefilter import Prefilter
-from reflet.render.material_renderer import MaterialRenderer
+from reflet.files.pictures.png import write_png
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.materials.material import GlossyGgx
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.prefilter.prefilter import Prefilter
+from reflet.render.materials.material_renderer import MaterialRenderer
 from reflet.report.measures import display_psnr, picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import labelled_court
+from reflet.scene.builtin.labelled_court import labelled_court
 from reflet.scene.material import EnvironmentLight
-from reflet.scene.primitives import sphere_mesh
-from reflet.trace.glossy_reference import GlossySphere, albedo
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
+from reflet.trace.references.glossy_reference import GlossySphere, albedo
 
 ROUGHNESS = tuple(k / 10 for k in range(1, 11))
 CAMERA = Camera((1.6, 1.0, 3.6), (0.0, 0.0, 0.0), fov_deg=32.0, width=192, height=192)

@@ -29,37 +29,37 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lamp import Lamp
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import resample
 from reflet.envmap.texture_filter import taps as texture_taps
 from reflet.files.env_image_file import read_env_image
-from reflet.reflectance.ggx import GgxKernel, d_ggx
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lobe_taps import LobeTaps
-from reflet.reflectance.lobes import THETA, Lobe, fit_lobes
-from reflet.reflectance.material import GlossyGgx, GlossyPhong, Mirror, SurfaceMaterial
-from reflet.reflectance.measured_material import Measured
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.plane_filter import plane_filters
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.reflectance.tabulated_kernel import TabulatedKernel
-from reflet.render.device import adapter_name, shared_device
-from reflet.render.env_map_renderer import EnvMapRenderer
-from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
-from reflet.render.live_environment import LiveEnvironment
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.render.phong_paraboloid import PhongParaboloidFilter
-from reflet.render.probe_filter import ProbeFilter, ggx_kernels
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import labelled_court
-from reflet.scene.primitives import sphere_mesh
-from reflet.shade import frame_mesh, load_mesh
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.brdfs.ggx import GgxKernel, d_ggx
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.brdfs.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.lobes.lobe_taps import LobeTaps
+from reflet.reflectance.lobes.lobes import THETA, Lobe, fit_lobes
+from reflet.reflectance.materials.material import GlossyGgx, GlossyPhong, Mirror, SurfaceMaterial
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.reflectance.prefilter.plane_filter import plane_filters
+from reflet.render.device.device import adapter_name, shared_device
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.filters.phong_paraboloid import PhongParaboloidFilter
+from reflet.render.filters.probe_filter import ProbeFilter, ggx_kernels
+from reflet.render.maps.env_map_texture import EnvMapTexture, upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer
+from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.builtin.labelled_court import labelled_court
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from brdf_table import measured

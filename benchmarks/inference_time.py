@@ -11,14 +11,14 @@ import statistics
 import time
 from dataclasses import replace
 
-from reflet.bake import LOD_BIAS
 from reflet.envmap.mip_chain import MipChain
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.infer_layer import infer_layer
-from reflet.load import load_scene
-from reflet.scene.framing import frame_orbit
-from reflet.scene.hull import hull_triangles
-from reflet.scene.surface import gbuffer_from_visibility
+from reflet.pipelines.bake import LOD_BIAS
+from reflet.pipelines.load import load_scene
+from reflet.scene.surfaces.hull import hull_triangles
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.views.framing import frame_orbit
 from reflet.trace.tracer import Tracer
 
 

@@ -15,17 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.octahedral import Octahedral
+from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.files.measured_brdf_file import read_measured_brdf
-from reflet.reflectance.brdf_map import brdf_map_3d, reflected_radiance
-from reflet.reflectance.brdf_reference import reflected_reference
-from reflet.reflectance.lobes import KINDS, fit_lobes
-from reflet.reflectance.material import GlossyGgx, Mirror, SurfaceMaterial
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.measured_material import Measured
-from reflet.render.device import adapter_name, shared_device
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.shade import frame_mesh, load_mesh
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.brdfs.brdf_reference import reflected_reference
+from reflet.reflectance.lobes.lobes import KINDS, fit_lobes
+from reflet.reflectance.materials.material import GlossyGgx, Mirror, SurfaceMaterial
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.reflectance.prefilter.brdf_map import brdf_map_3d, reflected_radiance
+from reflet.render.device.device import adapter_name, shared_device
+from reflet.render.materials.material_renderer import MaterialRenderer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from any_brdf import sphere, studio

@@ -16,21 +16,21 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.bake import TIMINGS, bake
-from reflet.compare import REFERENCE_SEED, object_radiance, object_under_distant, straight
-from reflet.envmap.cube import CUBE
-from reflet.envmap.equal_sampling import equal_sampling_size
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
-from reflet.files.png import write_png
-from reflet.load import load_scene
+from reflet.files.pictures.png import write_png
 from reflet.pem.container import open_pem
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.renderer import Renderer
+from reflet.pipelines.bake import TIMINGS, bake
+from reflet.pipelines.compare import REFERENCE_SEED, object_radiance, object_under_distant, straight
+from reflet.pipelines.load import load_scene
+from reflet.render.playback.renderer import Renderer
 from reflet.report.measures import SquaredError, picture_srgb, squared_error
-from reflet.scene.camera import Camera
-from reflet.scene.framing import frame_orbit
-from reflet.scene.parameter_space import Orbit, orbit_space
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.framing import frame_orbit
+from reflet.scene.views.parameter_space import Orbit, orbit_space
 from reflet.trace.layers import SegmentedLayers
 from reflet.trace.tracer import Tracer
 

@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.files.env_image_file import read_env_image
-from reflet.prefilter import lobe
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.prefilter import Prefilter, prefiltered
-from reflet.reflectance.quadrature import filtered_reference
+from reflet.pipelines.prefilter import lobe
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.prefilter.prefilter import Prefilter, prefiltered
 
 KLOPPENHEIM = Path(__file__).parents[2] / "shared" / "data" / "hdr" / "kloppenheim_05_1k.hdr"
 BRDFS = (

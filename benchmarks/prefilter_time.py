@@ -21,16 +21,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE, face_from_direction
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import mip_levels_from_finest, pad
-from reflet.envmap.parameterizations import parameterization
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.cube import CUBE, face_from_direction
+from reflet.envmap.resampling.mip_reduction import mip_levels_from_finest, pad
+from reflet.envmap.resampling.resample import resample
 from reflet.files.env_image_file import read_env_image
-from reflet.reflectance.ggx import GgxKernel, d_ggx
-from reflet.reflectance.ggx_levels import LINEAR, ggx_levels
-from reflet.reflectance.quadrature import filtered_reference
+from reflet.reflectance.brdfs.ggx import GgxKernel, d_ggx
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.prefilter.ggx_levels import LINEAR, ggx_levels
 
 CHECKED, TIMED = 150, 4096  # texels of a level
 

@@ -1,12 +1,12 @@
 """Seconds to resample env images, in one run with the same by scipy and with a memory copy of input plus output.
 
 `python benchmarks/resample_time.py [--repeat N] [--small]`. The input is a lat-long map of 4096×2048 texels, float32,
-of sky, noise and a sun of 80,000. Lat-long to cube 1024² is done three ways, turn by turn: by `reflet.envmap.resample`;
-by `scipy.ndimage.map_coordinates` in plain NumPy, bilinear with a square grid of sub-samples in each texel, as many as
-`resample` takes on the average or more; and as a copy of the same bytes. Other pairs follow. The error is the RMS
-difference to the means over the texels' footprints (24 sub-samples per source texel and axis), without the sun, over
-the standard deviation of those. Peak memory is that of a process of its own, input and output included, over input
-plus output. Medians are printed as JSON.
+of sky, noise and a sun of 80,000. Lat-long to cube 1024² is done three ways, turn by turn: by
+`reflet.envmap.resampling.resample`; by `scipy.ndimage.map_coordinates` in plain NumPy, bilinear with a square grid of
+sub-samples in each texel, as many as `resample` takes on the average or more; and as a copy of the same bytes. Other
+pairs follow. The error is the RMS difference to the means over the texels' footprints (24 sub-samples per source texel
+and axis), without the sun, over the standard deviation of those. Peak memory is that of a process of its own, input and
+output included, over input plus output. Medians are printed as JSON.
 """
 
 import argparse
@@ -24,11 +24,11 @@ import numpy as np
 import psutil
 from scipy.ndimage import map_coordinates
 
-from reflet.envmap.compiled_resample import footprint_means
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.padding import padded
-from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS, parameterization
+from reflet.envmap.resampling.compiled_resample import footprint_means
+from reflet.envmap.resampling.padding import padded
+from reflet.envmap.resampling.resample import resample
 
 SUN = 8e4
 SUB_SAMPLES = 3  # of scipy's, per axis

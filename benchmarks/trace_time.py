@@ -16,11 +16,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from reflet.load import load_scene
-from reflet.scene.camera import Camera
-from reflet.scene.framing import frame_orbit
-from reflet.trace.mitsuba_xml import read_mitsuba_orbit
-from reflet.trace.path_reference import PathReference
+from reflet.pipelines.load import load_scene
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.framing import frame_orbit
+from reflet.trace.mitsuba_files.mitsuba_xml import read_mitsuba_orbit
+from reflet.trace.references.path_reference import PathReference
 from reflet.trace.tracer import Tracer
 
 DEPTH = 6

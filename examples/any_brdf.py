@@ -30,18 +30,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.resampling.resample import resample
 from reflet.files.atomic import atomic_write
 from reflet.files.env_image_file import read_env_image
 from reflet.files.measured_brdf_file import read_measured_brdf
-from reflet.reflectance.brdf import Brdf
-from reflet.reflectance.brdf_map import BrdfMap3d, brdf_map_3d, reflected_radiance
-from reflet.reflectance.brdf_reference import reflected_reference
-from reflet.reflectance.lobe_frame import cosine_weighted
-from reflet.reflectance.lobes import KINDS, Lobes, fit_lobes
+from reflet.reflectance.brdfs.brdf import Brdf
+from reflet.reflectance.brdfs.brdf_reference import reflected_reference
+from reflet.reflectance.lobes.lobe_frame import cosine_weighted
+from reflet.reflectance.lobes.lobes import KINDS, Lobes, fit_lobes
+from reflet.reflectance.prefilter.brdf_map import BrdfMap3d, brdf_map_3d, reflected_radiance
 from reflet.report.measures import picture_srgb
 
 ERROR_MAX = 0.5  # of the sphere's mean radiance, at the top of the colour scale

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from reflet.files.measured_brdf_file import write_measured_brdf
-from reflet.reflectance.brdf import cosine_between, half_vector_cosines
-from reflet.reflectance.fresnel import fresnel_dielectric
-from reflet.reflectance.measured_brdf import MeasuredBrdf
+from reflet.reflectance.brdfs.brdf import cosine_between, half_vector_cosines
+from reflet.reflectance.brdfs.fresnel import fresnel_dielectric
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
 
 PAINT = np.array([0.36, 0.07, 0.05])  # what a matt surface of this colour would reflect
 DUST = np.array([0.10, 0.10, 0.09])

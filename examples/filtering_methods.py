@@ -23,26 +23,26 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.resample import radiance_at, resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import radiance_at, resample
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.reflectance.material import GlossyPhong
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.prefilter import Prefilter
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import EnvMapRenderer
-from reflet.render.env_map_texture import upload_env_map
-from reflet.render.live_environment import LiveEnvironment
-from reflet.render.phong_paraboloid import PhongParaboloidFilter
+from reflet.files.pictures.png import write_png
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.materials.material import GlossyPhong
+from reflet.reflectance.prefilter.prefilter import Prefilter
+from reflet.render.device.device import shared_device
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.filters.phong_paraboloid import PhongParaboloidFilter
+from reflet.render.maps.env_map_texture import upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer
 from reflet.report.measures import picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.labelled_court import labelled_court
-from reflet.shade import frame_mesh, load_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
 
 EXPONENT = 100.0
 PARABOLOID = DualParaboloid()

@@ -14,14 +14,14 @@ import sys
 from pathlib import Path
 
 import reflet
-from reflet.bake import LOD_BIAS
 from reflet.envmap.mip_chain import MipChain
-from reflet.files.png import write_png
+from reflet.files.pictures.png import write_png
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.pem.pem import Layer
+from reflet.pipelines.bake import LOD_BIAS
 from reflet.report.measures import picture_srgb
-from reflet.scene.hull import hull_triangles
-from reflet.scene.surface import gbuffer_from_visibility
+from reflet.scene.surfaces.hull import hull_triangles
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.trace.compose import compose
 
 

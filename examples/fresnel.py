@@ -16,20 +16,20 @@ everything with a high index is too bright; in the third, index 200 hides the pa
 import sys
 from pathlib import Path
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.resample import resample
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.reflectance.fresnel_error import schlick_errors
-from reflet.reflectance.material import Coated, Dielectric, DielectricOverDiffuse, SurfaceMaterial
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.metals import METALS
-from reflet.render.material_renderer import MaterialRenderer
+from reflet.files.pictures.png import write_png
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.brdfs.fresnel_error import schlick_errors
+from reflet.reflectance.materials.material import Coated, Dielectric, DielectricOverDiffuse, SurfaceMaterial
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.metals import METALS
+from reflet.render.materials.material_renderer import MaterialRenderer
 from reflet.report.measures import picture_srgb
 from reflet.report.plate import plate
 from reflet.report.schlick_figure import write_schlick_figure
-from reflet.scene.labelled_court import labelled_court
-from reflet.shade import frame_mesh, load_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
 
 INDICES = (1.5, 5.0, 200.0)
 PAINT = (0.32, 0.05, 0.025)

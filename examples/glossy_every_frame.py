@@ -20,19 +20,19 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.resampling.resample import resample
 from reflet.files.atomic import atomic_path
-from reflet.files.png import write_png
-from reflet.render.moving_scene import MovingSceneRenderer
+from reflet.files.pictures.png import write_png
+from reflet.render.capture.moving_scene import MovingSceneRenderer
 from reflet.report.measures import picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import SUN, labelled_court
+from reflet.scene.builtin.labelled_court import SUN, labelled_court
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.sky_light import SkyLight
+from reflet.scene.views.camera import Camera
 
 EXPONENTS = (50.0, 500.0)
 BALLS = ((0.75, 0.05, 0.04), (0.75, 0.55, 0.05), (0.05, 0.45, 0.10), (0.06, 0.12, 0.75))

@@ -24,25 +24,25 @@ import numpy as np
 from brdf_table import measured
 from PIL import Image
 
-from reflet.envmap.latlong import LatLong
+from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.files.atomic import atomic_path
-from reflet.files.png import write_png
-from reflet.reflectance.lobes import fit_lobes
-from reflet.reflectance.material import BLACK, GlossyGgx, GlossyPhong, SurfaceMaterial
-from reflet.reflectance.measured_material import Measured
-from reflet.render.capture import EnvironmentCapture
-from reflet.render.device import shared_device
-from reflet.render.live_environment import LiveEnvironment
-from reflet.render.material_renderer import MaterialRenderer
+from reflet.files.pictures.png import write_png
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.lobes.lobes import fit_lobes
+from reflet.reflectance.materials.material import BLACK, GlossyGgx, GlossyPhong, SurfaceMaterial
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.render.capture.capture import EnvironmentCapture
+from reflet.render.device.device import shared_device
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.materials.material_renderer import MaterialRenderer
 from reflet.report.measures import picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.corners import weld
+from reflet.scene.builtin.solids import box
 from reflet.scene.material import EnvironmentLight, Material, Texture
-from reflet.scene.primitives import sphere_mesh
+from reflet.scene.meshes.corners import weld
+from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.sky_light import SkyLight
-from reflet.scene.solids import box
-from reflet.shade import frame_mesh, load_mesh
 
 SECONDS, RATE = 4, 20
 LIGHT = SkyLight((0.10, 0.12, 0.22), (0.06, 0.05, 0.05), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))

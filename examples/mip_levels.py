@@ -14,19 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.equal_sampling import equal_sampling_size
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.padding import outside_disc
-from reflet.envmap.parameterizations import parameterization
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.padding import outside_disc
+from reflet.envmap.resampling.resample import resample
 from reflet.files.env_image_file import read_env_image
-from reflet.render.env_map_renderer import render_mirror
+from reflet.render.materials.env_map_renderer import render_mirror
 from reflet.report.mip_figure import MipComparison, write_mip_figure
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import labelled_court
-from reflet.scene.primitives import sphere_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 SHOWN = {
     "cube": "cube", "latlong": "lat-long", "dual_paraboloid": "dual paraboloid", "angular": "angular",

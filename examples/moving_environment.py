@@ -20,22 +20,22 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from reflet.envmap.gazing_ball import GazingBall
-from reflet.envmap.latlong import LatLong
+from reflet.envmap.parameterizations.gazing_ball import GazingBall
+from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.files.atomic import atomic_path
-from reflet.files.png import write_png
-from reflet.render.moving_scene import MovingSceneRenderer
+from reflet.files.pictures.png import write_png
+from reflet.render.capture.moving_scene import MovingSceneRenderer
 from reflet.report.measures import picture_srgb
-from reflet.scene.camera import Camera
-from reflet.scene.corners import weld
+from reflet.scene.builtin.newell import PARTS
+from reflet.scene.builtin.solids import Solid, box, cone
+from reflet.scene.builtin.teapot import teapot_mesh
 from reflet.scene.material import MIRROR, EnvironmentLight, Material, Texture
-from reflet.scene.newell import PARTS
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.corners import weld
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.tessellate import tessellated
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.sky_light import SkyLight
-from reflet.scene.solids import Solid, box, cone
-from reflet.scene.teapot import teapot_mesh
-from reflet.scene.tessellate import tessellated
+from reflet.scene.views.camera import Camera
 
 TOWARDS_SUN = np.array([-0.6, 0.5, 0.6]) / np.sqrt(0.97)
 LIGHT = SkyLight((0.35, 0.42, 0.6), (0.12, 0.1, 0.09), (1.1, 0.85, 0.55), tuple(TOWARDS_SUN))

@@ -19,16 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
-from reflet.envmap.mip_reduction import mip_images
-from reflet.files.picture_file import as_srgb
-from reflet.files.png import write_png
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.files.pictures.picture_file import as_srgb
+from reflet.files.pictures.png import write_png
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.silhouette import Silhouette
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.pipelines.sketch import on_paper, sketch, sketch_levels
 from reflet.report.plate import plate
-from reflet.scene.camera import Camera
-from reflet.shade import frame_mesh, load_mesh
-from reflet.sketch import on_paper, sketch, sketch_levels
+from reflet.scene.views.camera import Camera
 
 DRAWINGS = {
     "window": "window",

@@ -16,23 +16,23 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.equal_sampling import equal_sampling_size
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import resample
 from reflet.envmap.sampling import analyze
 from reflet.files.atomic import atomic_write
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.render.env_map_renderer import render_mirror
+from reflet.files.pictures.png import write_png
+from reflet.render.materials.env_map_renderer import render_mirror
 from reflet.report.flat_sheet import flat_sheet
 from reflet.report.measures import display_psnr, picture_srgb
 from reflet.report.parameterizations_page import Showcase, View, parameterizations_page
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import labelled_court
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
+from reflet.scene.views.camera import Camera
 
 WATCH = {
     "cube": "Six perspective pictures. Texels are five times as dense in the corners as amid a face. Follow beam and "

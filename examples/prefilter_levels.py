@@ -21,15 +21,15 @@ from pathlib import Path
 import numpy as np
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.resample import radiance_at, resample
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.resampling.resample import radiance_at, resample
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.prefilter import lobe
-from reflet.reflectance.prefilter import Prefilter
+from reflet.files.pictures.png import write_png
+from reflet.pipelines.prefilter import lobe
+from reflet.reflectance.prefilter.prefilter import Prefilter
 from reflet.report.measures import picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.labelled_court import labelled_court
+from reflet.scene.builtin.labelled_court import labelled_court
 
 BRDFS = (
     (None, "ggx:0.1", "ggx:0.25", "ggx:0.5", "ggx:1"),

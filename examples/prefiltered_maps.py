@@ -18,20 +18,20 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.resampling.resample import resample
 from reflet.files.env_image_file import read_env_image
-from reflet.files.png import write_png
-from reflet.reflectance.material import Coated, GlossyPhong, SurfaceMaterial
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.render.material_renderer import MaterialRenderer
+from reflet.files.pictures.png import write_png
+from reflet.pipelines.shade import frame_mesh, load_mesh
+from reflet.reflectance.materials.material import Coated, GlossyPhong, SurfaceMaterial
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.render.materials.material_renderer import MaterialRenderer
 from reflet.report.flat_sheet import flat_sheet
 from reflet.report.measures import EXPOSURE, picture_srgb
 from reflet.report.plate import plate
-from reflet.scene.labelled_court import labelled_court
-from reflet.shade import frame_mesh, load_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
 
 DIM = 0.6  # exposure of Figure 9: in full sun white is white
 ROUGHNESS = 0.01  # the notes' r: the exponent is 1/r

@@ -20,20 +20,20 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
-from reflet.envmap.gazing_ball import GazingBall
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.resample import resample
-from reflet.files.png import write_png
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import EnvMapRenderer, render_mirror, view_frame
-from reflet.render.env_map_texture import HALF, create_env_map, upload_env_map
-from reflet.render.paraboloid_two_pass import ParaboloidRenderer
-from reflet.render.warp import Warp
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.gazing_ball import GazingBall
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import resample
+from reflet.files.pictures.png import write_png
+from reflet.render.device.device import shared_device
+from reflet.render.maps.env_map_texture import HALF, create_env_map, upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer, render_mirror, view_frame
+from reflet.render.materials.paraboloid_two_pass import ParaboloidRenderer
+from reflet.render.meshes.warp import Warp
 from reflet.report.measures import picture_srgb
-from reflet.scene.camera import Camera
-from reflet.scene.labelled_court import labelled_court
-from reflet.scene.primitives import sphere_mesh
+from reflet.scene.builtin.labelled_court import labelled_court
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 PINK = (1.0, 0.0, 0.6, 0.0)
 

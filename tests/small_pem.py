@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from reflet.envmap.cube import AXES, CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import AXES, CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight, Material, Texture
-from reflet.scene.mesh import Mesh
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
 ROOM = 2.0
 BIG, KNOB = ((0.0, 0.0, 0.0), 0.5), ((0.0, 0.62, 0.0), 0.14)

@@ -5,48 +5,46 @@ in real time. The explicit list below is the public interface; each name is impo
 ``import reflet`` loads neither the ray tracer nor the graphics system.
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 _PUBLIC = {
-    "Camera": "reflet.scene.camera",
+    "Camera": "reflet.scene.views.camera",
     "Comparison": "reflet.report.comparison",
     "EnvImage": "reflet.envmap.env_image",
     "EnvMap": "reflet.envmap.env_map",
-    "EnvironmentCapture": "reflet.render.capture",
-    "LiveEnvironment": "reflet.render.live_environment",
-    "MaterialRenderer": "reflet.render.material_renderer",
-    "Orbit": "reflet.scene.parameter_space",
-    "PARAMETERIZATIONS": "reflet.envmap.parameterizations",
-    "ParameterSpace": "reflet.scene.parameter_space",
+    "EnvironmentCapture": "reflet.render.capture.capture",
+    "LiveEnvironment": "reflet.render.filters.live_environment",
+    "MaterialRenderer": "reflet.render.materials.material_renderer",
+    "Orbit": "reflet.scene.views.parameter_space",
+    "PARAMETERIZATIONS": "reflet.envmap.parameterizations.by_name",
+    "ParameterSpace": "reflet.scene.views.parameter_space",
     "ParameterizedEnvironmentMap": "reflet.pem.pem",
     "RefletError": "reflet.errors",
-    "Renderer": "reflet.render.renderer",
+    "Renderer": "reflet.render.playback.renderer",
     "Scene": "reflet.scene.scene",
     "Tracer": "reflet.trace.tracer",
-    "bake": "reflet.bake",
-    "compare": "reflet.compare",
-    "convert": "reflet.convert",
-    "engine_maps": "reflet.engine_maps",
-    "frame_orbit": "reflet.scene.framing",
+    "bake": "reflet.pipelines.bake",
+    "compare": "reflet.pipelines.compare",
+    "convert": "reflet.pipelines.convert",
+    "engine_maps": "reflet.pipelines.engine_maps",
+    "frame_orbit": "reflet.scene.views.framing",
     "infer_layer": "reflet.infer.infer_layer",
-    "join": "reflet.join",
-    "join_hemispheres": "reflet.envmap.hemispheres",
-    "load_scene": "reflet.load",
-    "mip_images": "reflet.envmap.mip_reduction",
+    "join": "reflet.pipelines.join",
+    "join_hemispheres": "reflet.envmap.resampling.hemispheres",
+    "load_scene": "reflet.pipelines.load",
+    "mip_images": "reflet.envmap.resampling.mip_reduction",
     "open_pem": "reflet.pem.container",
-    "orbit_space": "reflet.scene.parameter_space",
-    "parameterization": "reflet.envmap.parameterizations",
+    "orbit_space": "reflet.scene.views.parameter_space",
+    "parameterization": "reflet.envmap.parameterizations.by_name",
     "read_env_image": "reflet.files.env_image_file",
-    "prefilter": "reflet.prefilter",
-    "render_mirror": "reflet.render.env_map_renderer",
-    "resample": "reflet.envmap.resample",
+    "prefilter": "reflet.pipelines.prefilter",
+    "render_mirror": "reflet.render.materials.env_map_renderer",
+    "resample": "reflet.envmap.resampling.resample",
     "save_pem": "reflet.pem.container",
-    "shade": "reflet.shade",
-    "sketch": "reflet.sketch",
-    "verify": "reflet.verify",
+    "shade": "reflet.pipelines.shade",
+    "sketch": "reflet.pipelines.sketch",
+    "verify": "reflet.pipelines.verify",
     "write_env_image": "reflet.files.env_image_file",
 }
 
@@ -62,17 +60,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__"]
-
-
-class _Package(ModuleType):
-    """Keeps functions such as `bake`, `compare` and `convert` in front of the modules of the same names.
-
-    Importing a submodule binds it to its package's attribute, which would hide the function from then on.
-    """
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (name in _PUBLIC and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -23,29 +23,15 @@ ROOMS = [
     "view",
     "report",
 ]
-PIPELINES = [
-    "load",
-    "bake",
-    "brdf_maps",
-    "compare",
-    "convert",
-    "engine_maps",
-    "join",
-    "prefilter",
-    "shade",
-    "sketch",
-    "verify",
-    "view_materials",
-    "paper",
-]
+# The pipelines know the order of all rooms, the command line knows the pipelines.
+ORDER = [*ROOMS, "pipelines", "cli"]
 OPEN_TO_ALL = {"errors", "progress"}
 OWNERS = {"mitsuba": "trace", "drjit": "trace", "wgpu": "render"}
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 
 
 def room_of(path: Path) -> str:
-    parts = path.relative_to(SOURCE).with_suffix("").parts
-    return parts[0]
+    return path.relative_to(SOURCE).with_suffix("").parts[0]
 
 
 def imported_names(path: Path) -> list[str]:
@@ -71,17 +57,59 @@ def test_rooms_import_only_rooms_above(path: Path) -> None:
         there = parts[1]
         if there in OPEN_TO_ALL or there == here:
             continue
-        if here in ROOMS:
-            assert there in ROOMS and ROOMS.index(there) < ROOMS.index(here), (
-                f"{path.name} imports {name}, a room below"
-            )
-        elif here in PIPELINES:
-            assert there in ROOMS + PIPELINES, f"{path.name} imports {name}"
-        assert there != "cli", "nothing imports the command line"
+        if here in ORDER:  # all but reflet/__init__.py, which names what is public
+            assert ORDER.index(there) < ORDER.index(here), f"{path.name} imports {name}, a room below"
+
+
+def circle(imports: dict[str, set[str]]) -> list[str]:
+    """Names that import each other in a circle, the first one again at the end; empty where there is none."""
+    done: set[str] = set()
+
+    def visit(name: str, way: list[str]) -> list[str]:
+        if name in way:
+            return [*way[way.index(name) :], name]
+        if name in done:
+            return []
+        found = next((found for next_ in sorted(imports.get(name, ())) if (found := visit(next_, [*way, name]))), [])
+        done.add(name)
+        return found
+
+    return next((found for name in sorted(imports) if (found := visit(name, []))), [])
+
+
+def imports_between(level: int) -> dict[str, set[str]]:
+    """What imports what, each module named by its first ``level`` parts below `reflet`: rooms, sub-rooms, modules."""
+    modules = {".".join(("reflet", *path.relative_to(SOURCE).with_suffix("").parts)) for path in MODULES}
+    found: dict[str, set[str]] = {}
+    for path in MODULES:
+        here = path.relative_to(SOURCE).with_suffix("").parts
+        for name in imported_names(path):
+            there = tuple(name.split(".")[1:]) if name in modules else ()
+            if there and there[:level] != here[:level]:
+                found.setdefault(".".join(here[:level]), set()).add(".".join(there[:level]))
+    return found
+
+
+@pytest.mark.parametrize("level", [1, 2, 3], ids=["rooms", "sub-rooms", "modules"])
+def test_nothing_imports_in_a_circle(level: int) -> None:
+    """Not even where a module is imported only when a function is called; loose modules count like sub-rooms."""
+    assert circle(imports_between(level)) == []
+
+
+def test_circles_are_found() -> None:
+    assert circle({"a": {"b", "c"}, "b": {"d"}, "c": {"a"}}) == ["a", "c", "a"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}}) == []
+
+
+@pytest.mark.parametrize("folder", sorted({path.parent for path in MODULES}), ids=lambda p: str(p.relative_to(SOURCE)))
+def test_folders_can_be_surveyed(folder: Path) -> None:
+    """About fifteen files; beyond, a room is divided into sub-rooms."""
+    names = [path.name for path in folder.iterdir() if path.suffix == ".py" and path.name != "__init__.py"]
+    assert len(names) <= 18, names
 
 
 def test_every_module_has_its_place() -> None:
-    known = {*ROOMS, *PIPELINES, *OPEN_TO_ALL, "cli", "__init__"}
+    known = {*ORDER, *OPEN_TO_ALL, "__init__"}
     assert {room_of(path) for path in MODULES} <= known
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.files.exr import write_exr
+from reflet.files.pictures.exr import write_exr
 
 
 def write_torus(path: Path, rings: int = 24, sides: int = 12) -> None:

@@ -9,11 +9,11 @@ import pytest
 
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.files.env_image_file import write_env_image
-from reflet.files.exr import read_exr
 from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
-from reflet.reflectance.measured_brdf import MeasuredBrdf
+from reflet.files.pictures.exr import read_exr
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "brdf_table.py"
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from reflet.bake import TIMINGS
 from reflet.cli.main import main
-from reflet.files.exr import read_exr
+from reflet.files.pictures.exr import read_exr
+from reflet.pipelines.bake import TIMINGS
 from reflet.report.comparison import METHODS, PLACES
 from reflet.report.measures import display_psnr, picture_srgb
 

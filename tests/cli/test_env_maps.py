@@ -13,9 +13,9 @@ from PIL import Image
 from reflet.cli import main as command_line
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
-from reflet.files.exr import read_exr, write_exr
+from reflet.files.pictures.exr import read_exr, write_exr
 
 LATLONG, CUBE = PARAMETERIZATIONS["latlong"], PARAMETERIZATIONS["cube"]
 
@@ -274,7 +274,7 @@ def test_a_disk_that_fills_up_leaves_nothing(studio: Path, tmp_path: Path, name:
     out.mkdir()
     code = (
         "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
-        "from reflet.cli.main import main; import reflet.convert;"
+        "from reflet.cli.main import main; import reflet.pipelines.convert;"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)); main(sys.argv[1:])"
     )
     command = [sys.executable, "-B", "-c", code, "convert", studio, out / name, "--to", "cube", "--size", "64"]

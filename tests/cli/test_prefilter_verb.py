@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from reflet.cli.main import main
-from reflet.engine_maps import ENGINES
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
-from reflet.files.exr import write_exr
-from reflet.files.ktx1 import read_ktx1_texture
-from reflet.files.ktx2_container import read_texture
 from reflet.files.measured_brdf_file import write_measured_brdf
-from reflet.reflectance.measured_brdf import MeasuredBrdf
+from reflet.files.pictures.exr import write_exr
+from reflet.files.textures.ktx1 import read_ktx1_texture
+from reflet.files.textures.ktx2_container import read_texture
+from reflet.pipelines.engine_maps import ENGINES
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
 
 LATLONG = PARAMETERIZATIONS["latlong"]
 

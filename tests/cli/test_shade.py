@@ -8,19 +8,19 @@ from PIL import Image
 
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.files.env_image_file import read_env_image, write_env_image
-from reflet.files.exr import read_exr
 from reflet.files.ior_file import read_spectral_index
-from reflet.reflectance.material import Coated, GlossyGgx, GlossyPhong
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.metals import METALS
-from reflet.reflectance.spectral import index_rgb
-from reflet.render.parts_renderer import PartsRenderer, ShadedPart
-from reflet.scene.camera import Camera
+from reflet.files.pictures.exr import read_exr
+from reflet.pipelines.shade import frame_mesh, load_mesh, own_material, shade, surface_material, turn_about_vertical
+from reflet.reflectance.brdfs.spectral import index_rgb
+from reflet.reflectance.materials.material import Coated, GlossyGgx, GlossyPhong
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.metals import METALS
+from reflet.render.materials.parts_renderer import PartsRenderer, ShadedPart
 from reflet.scene.material import Material, Texture
-from reflet.scene.mesh import Mesh
-from reflet.shade import frame_mesh, load_mesh, own_material, shade, surface_material, turn_about_vertical
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.views.camera import Camera
 
 LATLONG = PARAMETERIZATIONS["latlong"]
 IOR = Path(__file__).parents[2] / "../shared/data/ior"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from reflet.cli.main import main
-from reflet.envmap.parameterizations import parameterization
+from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.files.env_image_file import read_env_image, read_levels
-from reflet.files.png import read_picture
-from reflet.sketch import sketch_levels
+from reflet.files.pictures.png import read_picture
+from reflet.pipelines.sketch import sketch_levels
 
 
 def reflet(*arguments: str) -> int:

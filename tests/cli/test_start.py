@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.files.exr import write_exr
+from reflet.files.pictures.exr import write_exr
 
 IMPORTING = """
 import sys
@@ -80,7 +80,7 @@ def sky(tmp_path: Path) -> Path:
 
 def test_a_disk_too_full_for_compiled_functions(sky: Path, tmp_path: Path) -> None:
     """A limit on file sizes stands for the full disk."""
-    limit = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); import reflet.convert;"
+    limit = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); import reflet.pipelines.convert;"
     limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))"
     done = run(limit, "convert", sky, tmp_path / "a.exr", "--to", "cube", NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     assert done.returncode == 2, done.stderr

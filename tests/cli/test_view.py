@@ -8,11 +8,11 @@ import pytest
 
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
+from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.files.env_image_file import write_env_image
 from reflet.files.measured_brdf_file import write_measured_brdf
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.measured_brdf import tabulate
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.brdfs.measured_brdf import tabulate
 from reflet.view import static_files
 
 

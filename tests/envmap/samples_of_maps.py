@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)
 ROUND = [name for name, p in PARAMETERIZATIONS.items() if p.is_round]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reflet.envmap.cube import AXES, CUBE, FACES, texel_directions, texel_solid_angle
+from reflet.envmap.parameterizations.cube import AXES, CUBE, FACES, texel_directions, texel_solid_angle
 
 
 def test_orientation_is_webgpus() -> None:

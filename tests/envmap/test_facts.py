@@ -5,7 +5,7 @@ import pytest
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.facts import azimuth_and_elevation, facts
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 
 NAMES = list(PARAMETERIZATIONS)
 

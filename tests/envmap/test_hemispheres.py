@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.hemispheres import HALF_TURN, HemispherePicture, join_hemispheres
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.projections import PROJECTIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.resampling.hemispheres import HALF_TURN, HemispherePicture, join_hemispheres
+from reflet.envmap.resampling.projections import PROJECTIONS
 from reflet.errors import RefletError
 
 WIDE = {"orthographic": 180.0, "mirror_ball": 360.0}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import direction_from_face
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import direction_from_face
 
 CHAIN = MipChain(64)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from reflet.envmap.cube import texel_directions, texel_solid_angle
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import mip_levels_from_finest, prolong
+from reflet.envmap.parameterizations.cube import texel_directions, texel_solid_angle
+from reflet.envmap.resampling.mip_reduction import mip_levels_from_finest, prolong
 
 CHAIN = MipChain(16)
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.paraboloid_matrices import marked_levels, texture_matrix
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 
 
 def rotation(random: np.random.Generator) -> np.ndarray:

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from samples_of_maps import EACH, ROUND, away_from_folds, directions, jacobian, places, unit
 
-from reflet.envmap.compiled_parameterization import direction_at, point_of, rate_at
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS, parameterization
+from reflet.envmap.parameterizations.compiled_parameterization import direction_at, point_of, rate_at
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
 
 # Where the labelled directions lie: face, u, v. Half the root of 1/2 is the sphere map's place of 45° and 135°.

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.equal_sampling import equal_sampling_size
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.padding import continued, outside_disc
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
-from reflet.envmap.resample import radiance_at, resample
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS, parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
+from reflet.envmap.resampling.padding import continued, outside_disc
+from reflet.envmap.resampling.resample import radiance_at, resample
 from reflet.envmap.sampling import valid_texels
 from reflet.envmap.spherical_harmonics import project
 from reflet.envmap.texture_filter import sample
-from reflet.files.hdr import read_hdr
+from reflet.files.pictures.hdr import read_hdr
 
 KLOPPENHEIM = Path(__file__).parents[3] / "shared/data/hdr/kloppenheim_05_1k.hdr"
 EACH = pytest.mark.parametrize("to", PARAMETERIZATIONS.values(), ids=str)

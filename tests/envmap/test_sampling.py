@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.sampling import analyze, valid_texels
 
 EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)

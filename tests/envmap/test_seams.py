@@ -5,8 +5,8 @@ import pytest
 from samples_of_maps import EACH, unit
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import NONE, Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import NONE, Parameterization
 from reflet.envmap.texture_filter import sample
 
 

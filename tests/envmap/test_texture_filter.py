@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from reflet.envmap.compiled_lookup import lookup_direction, place, taps_into
-from reflet.envmap.cube import CUBE, direction_from_face, texel_directions
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE, direction_from_face, texel_directions
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.texture_filter import padded_index_table, padded_indices, sample, taps
 
 EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from PIL import Image, ImageDraw, ImageFont
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.octahedral import Octahedral
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.envmap.texture_filter import sample
 from reflet.errors import RefletError
-from reflet.files.cube_layouts import (
+from reflet.files.pictures.cube_layouts import (
     LAYOUTS,
     as_seen_inside,
     faces_from_picture,

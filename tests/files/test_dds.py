@@ -7,8 +7,8 @@ import pytest
 from textures import assert_same, random_texture
 
 from reflet.errors import RefletError
-from reflet.files.dds import DXGI_FORMATS, read_dds_texture, write_dds_texture
-from reflet.files.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.dds import DXGI_FORMATS, read_dds_texture, write_dds_texture
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
 
 WRITABLE = sorted(name for name in DXGI_FORMATS.values() if TEXEL_FORMATS[name].is_writable)
 

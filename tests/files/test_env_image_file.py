@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from textures import random_texture
 
-from reflet.envmap.cube import CUBE, FACES
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE, FACES
+from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError
-from reflet.files.cube_layouts import LAYOUTS, layouts_of
-from reflet.files.dds import write_dds_texture
 from reflet.files.env_image_file import file_facts, read_env_image, read_levels, write_env_image
-from reflet.files.exr import read_exr, write_exr
-from reflet.files.hdr import write_hdr
-from reflet.files.ktx2_container import write_texture
-from reflet.files.png import write_png
-from reflet.files.six_files import NAMES
+from reflet.files.pictures.cube_layouts import LAYOUTS, layouts_of
+from reflet.files.pictures.exr import read_exr, write_exr
+from reflet.files.pictures.hdr import write_hdr
+from reflet.files.pictures.png import write_png
+from reflet.files.pictures.six_files import NAMES
+from reflet.files.textures.dds import write_dds_texture
+from reflet.files.textures.ktx2_container import write_texture
 
 LATLONG, PARABOLOID, ANGULAR = (PARAMETERIZATIONS[name] for name in ("latlong", "dual_paraboloid", "angular"))
 CAPTURE = Path(__file__).parents[3] / "shared/data/two_param"

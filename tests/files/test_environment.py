@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE, texel_directions
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import parameterization
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.cube import CUBE, texel_directions
 from reflet.errors import RefletError
 from reflet.files.env_image_file import write_env_image
 from reflet.files.environment import read_environment
-from reflet.files.exr import write_exr
-from reflet.files.hdr import write_hdr
-from reflet.files.openexr_layout import openexr_directions
-from reflet.files.png import write_png
+from reflet.files.pictures.exr import write_exr
+from reflet.files.pictures.hdr import write_hdr
+from reflet.files.pictures.openexr_layout import openexr_directions
+from reflet.files.pictures.png import write_png
 
 
 def seen(direction):

@@ -5,7 +5,7 @@ import OpenEXR
 import pytest
 
 from reflet.errors import RefletError
-from reflet.files.exr import read_exr, read_exr_layout, write_exr
+from reflet.files.pictures.exr import read_exr, read_exr_layout, write_exr
 
 SCANLINES = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 TILES = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}

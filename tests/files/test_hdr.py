@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reflet.errors import RefletError
-from reflet.files.hdr import read_hdr, write_hdr
+from reflet.files.pictures.hdr import read_hdr, write_hdr
 
 RGBE = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
 XYZE = b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n"

@@ -10,7 +10,7 @@ from fuzz import damaged, with_text_numbers
 from test_hdr import RGBE, XYZE, flat, new_runs, old_runs, picture, write
 
 from reflet.errors import RefletError
-from reflet.files.hdr import read_hdr
+from reflet.files.pictures.hdr import read_hdr
 
 OVERHEAD = 1 << 18  # Python's own objects, exceptions and tables
 SIZE = re.compile(rb"[-+][XY][ \t]+(\d+)[ \t]+[-+][XY][ \t]+(\d+)")

@@ -8,9 +8,9 @@ import pytest
 from textures import assert_same, random_texture
 
 from reflet.errors import RefletError
-from reflet.files.ktx1 import read_ktx1_texture, write_ktx1_texture
-from reflet.files.texel_formats import TEXEL_FORMATS
-from reflet.files.texture import Texture
+from reflet.files.textures.ktx1 import read_ktx1_texture, write_ktx1_texture
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.texture import Texture
 
 PEER = Path(__file__).parents[3] / "shared/data/peers/cmgen_neutral"
 WRITABLE = [name for name, form in TEXEL_FORMATS.items() if form.is_writable]
@@ -133,8 +133,8 @@ def test_a_peers_prefiltered_cube():
 @needs_peer
 def test_a_peers_skybox_is_oriented_as_ours():
     """A lookup along a world direction finds what its source, lat-long by u = 1 + atan2(x, -z)/2π, shows there."""
-    from reflet.envmap.cube import texel_directions
-    from reflet.files.hdr import read_hdr
+    from reflet.envmap.parameterizations.cube import texel_directions
+    from reflet.files.pictures.hdr import read_hdr
 
     texture = read_ktx1_texture(PEER / "neutral_skybox.ktx")
     assert isinstance(texture, Texture)

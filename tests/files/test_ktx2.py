@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
-from reflet.files.ktx2 import read_ktx2, write_ktx2
-from reflet.files.texel_formats import HALF_MAX
+from reflet.files.textures.ktx2 import read_ktx2, write_ktx2
+from reflet.files.textures.texel_formats import HALF_MAX
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ import zstandard
 from textures import assert_same, random_texture
 
 from reflet.errors import RefletError
-from reflet.files.ktx2_container import VK_FORMATS, read_texture, write_texture
-from reflet.files.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.ktx2_container import VK_FORMATS, read_texture, write_texture
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
 
 WRITABLE = [name for name, form in TEXEL_FORMATS.items() if form.is_writable]
 PARSER = Path(__file__).parents[2] / "web/node_modules/ktx-parse/dist/index.mjs"

@@ -9,8 +9,8 @@ import OpenEXR
 import pytest
 from test_png import sixteen_bit_png
 
-from reflet.files.exr import write_exr
-from reflet.files.png import write_png
+from reflet.files.pictures.exr import write_exr
+from reflet.files.pictures.png import write_png
 
 READER = """
 import pickle, resource, sys
@@ -18,7 +18,7 @@ sys.path.insert(0, {folder!r})
 from fuzz import damaged, with_binary_numbers
 import numpy as np
 from reflet.errors import RefletError
-from reflet.files.{module} import {function} as read
+from reflet.files.pictures.{module} import {function} as read
 
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

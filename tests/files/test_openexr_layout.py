@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 from scipy.spatial.transform import Rotation
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.parameterizations import parameterization
-from reflet.envmap.resample import radiance_at, resample
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.resample import radiance_at, resample
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image, write_env_image
-from reflet.files.exr import read_exr, read_exr_layout, write_exr
-from reflet.files.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
+from reflet.files.pictures.exr import read_exr, read_exr_layout, write_exr
+from reflet.files.pictures.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
 
 TWO_PARAM = Path(__file__).parents[3] / "shared" / "data" / "two_param"
 needs_data = pytest.mark.skipif(not TWO_PARAM.exists(), reason="needs the shared data")

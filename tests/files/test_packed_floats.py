@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reflet.files.packed_floats import (
+from reflet.files.textures.packed_floats import (
     R11G11B10_MAX,
     RGB9E5_MAX,
     decode_r11g11b10,

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from reflet.errors import RefletError
-from reflet.files.png import read_linear_picture, read_picture, write_png
+from reflet.files.pictures.png import read_linear_picture, read_picture, write_png
 
 
 def decoded(encoded):

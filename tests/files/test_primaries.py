@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from reflet.files.primaries import (
+from reflet.files.pictures.primaries import (
     EQUAL_ENERGY,
     REC709,
     are_usable,

@@ -4,7 +4,7 @@ import ispc_texcomp
 import numpy as np
 import pytest
 
-from reflet.files.texel_formats import HALF_MAX, TEXEL_FORMATS
+from reflet.files.textures.texel_formats import HALF_MAX, TEXEL_FORMATS
 
 
 def encoded_blocks(name, texels):

@@ -9,7 +9,7 @@ from fuzz import NUMBERS, damaged
 from textures import random_texture
 
 from reflet.errors import RefletError
-from reflet.files import dds, ktx1, ktx2_container
+from reflet.files.textures import dds, ktx1, ktx2_container
 
 READ = {".ktx2": ktx2_container.read_texture, ".ktx": ktx1.read_ktx1_texture, ".dds": dds.read_dds_texture}
 WRITE = {".ktx2": ktx2_container.write_texture, ".ktx": ktx1.write_ktx1_texture, ".dds": dds.write_dds_texture}

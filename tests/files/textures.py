@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from reflet.files.texel_formats import TEXEL_FORMATS
-from reflet.files.texture import Texture, level_shape
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.texture import Texture, level_shape
 
 
 def random_texture(form, rows, columns, level_count=1, *, is_cube=False, layers=1, seed=0, **fields):

@@ -6,14 +6,14 @@ import numpy as np
 import scipy.sparse
 
 from reflet.infer.records import RenderingMatrix
-from reflet.scene.camera import Camera
-from reflet.scene.gbuffer import GBuffer
 from reflet.scene.material import Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.sample_pattern import sample_positions
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
-from reflet.scene.surface import gbuffer_from_visibility
-from reflet.scene.visibility import Visibility
+from reflet.scene.surfaces.gbuffer import GBuffer
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
 
 
 def sphere_mesh(radius: float = 1.0, rings: int = 12, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from synthetic import mirror_scene, sphere_mesh
 
-from reflet.envmap.cube import texel_directions
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 

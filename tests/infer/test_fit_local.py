@@ -5,9 +5,9 @@ import pytest
 from synthetic import mirror_scene, picture, sphere_mesh
 from test_infer_layer import layers_of
 
-from reflet.envmap.cube import texel_directions
 from reflet.envmap.geometry import Ellipsoid
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.infer import fit_local
 from reflet.infer.fit_local import fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import texel_directions
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.infer.prior import prior_texels
 
 CUBE = MipChain(64)

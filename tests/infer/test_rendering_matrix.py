@@ -11,12 +11,12 @@ from synthetic import Picture, as_scipy, mirror_scene, picture, sphere_mesh
 from reflet.envmap.geometry import Box, Ellipsoid, Geometry, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.texture_filter import taps
 from reflet.infer.product import multiply, transpose
 from reflet.infer.rendering_matrix import rendering_matrix
-from reflet.scene.camera import Camera
-from reflet.scene.gbuffer import GBuffer
+from reflet.scene.surfaces.gbuffer import GBuffer
+from reflet.scene.views.camera import Camera
 
 CHAIN = MipChain(32)
 GEOMETRIES = [

@@ -8,8 +8,8 @@ from synthetic import Picture, as_scipy
 
 from reflet.envmap.geometry import Box
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import prolong
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.resampling.mip_reduction import prolong
 from reflet.infer.product import multiply
 from reflet.infer.records import RenderingMatrix
 from reflet.infer.regularization import penalty_diagonal, penalty_gradient

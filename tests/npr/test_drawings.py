@@ -7,7 +7,7 @@ from hypothesis import given, settings
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS, parameterization
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS, parameterization
 from reflet.envmap.texture_filter import sample
 from reflet.errors import RefletError
 from reflet.npr.drawing import Drawing, Overprint, ball_at, drawn_levels

@@ -8,9 +8,9 @@ import pytest
 from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
-from reflet.files.ktx2 import HALF_MAX
+from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.reader import geometry_from_json
 from reflet.pem.writer import geometry_to_json

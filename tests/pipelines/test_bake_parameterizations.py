@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from test_verify import ring
 
-from reflet.bake import bake, default_size
-from reflet.compare import object_radiance, straight
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
 from reflet.pem.container import open_pem
-from reflet.render.renderer import Renderer
+from reflet.pipelines.bake import bake, default_size
+from reflet.pipelines.compare import object_radiance, straight
+from reflet.render.playback.renderer import Renderer
 from reflet.report.measures import squared_error
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.trace.tracer import Tracer
 
 SPACE = ParameterSpace((Axis("azimuth_deg", (60.0, 66.0)),), Orbit((0, 0, 0), 60.0, 22.0, 1.25, image_size=64))

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.engine_maps import engine_maps
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.files.env_image_file import read_env_image, read_levels
-from reflet.files.filament import quarter_turned
-from reflet.files.ktx1 import read_ktx1_texture
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import FILAMENT
-from reflet.reflectance.quadrature import filtered_reference
+from reflet.files.textures.filament import quarter_turned
+from reflet.files.textures.ktx1 import read_ktx1_texture
+from reflet.pipelines.engine_maps import engine_maps
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.prefilter.ggx_levels import FILAMENT
 
 PEER = Path(__file__).parents[2].parent / "shared" / "data" / "peers" / "cmgen_neutral"
 

@@ -7,17 +7,17 @@ import pytest
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.render.coloring import coloring
-from reflet.scene.irradiance import IrradianceMap
+from reflet.pipelines.verify import verify
+from reflet.render.playback.coloring import coloring
 from reflet.scene.material import Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.shaders.link import link
-from reflet.verify import verify
 
 
 def ring() -> Mesh:
@@ -89,7 +89,7 @@ def test_a_shader_that_differs_is_found_out(
     pem: ParameterizedEnvironmentMap, change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert change(link("probe.wgsl")) != link("probe.wgsl")
-    monkeypatch.setattr("reflet.render.passes.link", lambda program: change(link(program)))
+    monkeypatch.setattr("reflet.render.playback.passes.link", lambda program: change(link(program)))
     found = verify(pem)
     assert not found.agrees and found.max_difference > 1e-3
     assert "differs" in str(found)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from reflet.reflectance.brdf import FunctionBrdf
-from reflet.reflectance.brdf_facts import brdf_facts, reciprocity_error
-from reflet.reflectance.ggx import Ggx
-from reflet.reflectance.lambert import Lambert
+from reflet.reflectance.brdfs.brdf import FunctionBrdf
+from reflet.reflectance.brdfs.ggx import Ggx
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.lobes.brdf_facts import brdf_facts, reciprocity_error
 
 
 def test_reciprocity_error_in_closed_form() -> None:

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.envmap.resample import radiance_at
-from reflet.reflectance.brdf import Brdf, FunctionBrdf
-from reflet.reflectance.brdf_map import brdf_map_3d, lobe_axis, reflected_radiance, rows_for
-from reflet.reflectance.brdf_reference import reflected_reference
-from reflet.reflectance.ggx import Ggx
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobes import THETA, Lobes, fit_lobes
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.measured_material import Measured
-from reflet.reflectance.phong import Phong, PhongKernel
-from reflet.reflectance.prefilter import prefiltered
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.resample import radiance_at
+from reflet.reflectance.brdfs.brdf import Brdf, FunctionBrdf
+from reflet.reflectance.brdfs.brdf_reference import reflected_reference
+from reflet.reflectance.brdfs.ggx import Ggx
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.brdfs.phong import Phong, PhongKernel
+from reflet.reflectance.lobes.lobes import THETA, Lobes, fit_lobes
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.reflectance.prefilter.brdf_map import brdf_map_3d, lobe_axis, reflected_radiance, rows_for
+from reflet.reflectance.prefilter.prefilter import prefiltered
 
 
 def environment(size: int = 16) -> EnvImage:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from reflet.reflectance.brdf import FunctionBrdf
-from reflet.reflectance.brdf_taps import brdf_taps
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobe_taps import MOST_TAPS, LobeTaps
-from reflet.reflectance.lobes import THETA, Lobes, fit_lobes
+from reflet.reflectance.brdfs.brdf import FunctionBrdf
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.lobes.brdf_taps import brdf_taps
+from reflet.reflectance.lobes.lobe_taps import MOST_TAPS, LobeTaps
+from reflet.reflectance.lobes.lobes import THETA, Lobes, fit_lobes
 
 
 def paint(cos_i: np.ndarray, cos_o: np.ndarray, delta_phi: np.ndarray) -> np.ndarray:

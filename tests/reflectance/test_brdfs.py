@@ -7,12 +7,12 @@ import pytest
 
 from reflet.errors import RefletError
 from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
-from reflet.reflectance.brdf import Brdf, directional_albedo, half_vector_cosines
-from reflet.reflectance.charlie import Charlie, d_charlie
-from reflet.reflectance.ggx import Ggx, d_ggx
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.measured_brdf import MeasuredBrdf, tabulate
-from reflet.reflectance.phong import Phong
+from reflet.reflectance.brdfs.brdf import Brdf, directional_albedo, half_vector_cosines
+from reflet.reflectance.brdfs.charlie import Charlie, d_charlie
+from reflet.reflectance.brdfs.ggx import Ggx, d_ggx
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf, tabulate
+from reflet.reflectance.brdfs.phong import Phong
 
 RECIPROCAL: list[Brdf] = [Lambert(), Ggx(0.1), Ggx(0.5), Ggx(1.0), Charlie(0.2), Charlie(1.0), tabulate(Ggx(0.5))]
 VIEWS = np.cos(np.deg2rad([0.0, 30.0, 60.0, 80.0]))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from reflet.reflectance.brdf import directional_albedo, half_vector_cosines
-from reflet.reflectance.charlie import Charlie
-from reflet.reflectance.dfg import dfg, dfg_lut, energy_compensation
-from reflet.reflectance.ggx import Ggx
+from reflet.reflectance.brdfs.brdf import directional_albedo, half_vector_cosines
+from reflet.reflectance.brdfs.charlie import Charlie
+from reflet.reflectance.brdfs.dfg import dfg, dfg_lut, energy_compensation
+from reflet.reflectance.brdfs.ggx import Ggx
 
 VIEWS = np.array([0.05, 0.1, 0.3, 0.6, 0.95, 1.0])
 

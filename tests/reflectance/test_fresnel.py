@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reflet.reflectance.fresnel import (
+from reflet.reflectance.brdfs.fresnel import (
     f0_from_index,
     fresnel_conductor,
     fresnel_dielectric,
     fresnel_schlick,
     fresnel_table,
 )
-from reflet.reflectance.fresnel_error import schlick_errors
+from reflet.reflectance.brdfs.fresnel_error import schlick_errors
 
 COSINE = np.linspace(0.0, 1.0, 201)
 

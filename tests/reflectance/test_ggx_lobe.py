@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reflet.reflectance.ggx import GgxKernel, d_ggx, v_smith_ggx
-from reflet.reflectance.ggx_lobe import ggx_lobe, moment
+from reflet.reflectance.brdfs.ggx import GgxKernel, d_ggx, v_smith_ggx
+from reflet.reflectance.brdfs.ggx_lobe import ggx_lobe, moment
 
 N_DOT_V = np.array([0.15, 0.4, 0.7, 0.95])
 

@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.spherical_harmonics import radiance_from_harmonics
-from reflet.files.hdr import read_hdr
-from reflet.reflectance.irradiance_sh import (
+from reflet.files.pictures.hdr import read_hdr
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.prefilter.irradiance_sh import (
     diffuse_map_from_harmonics,
     irradiance_harmonics,
     polynomial_coefficients,
 )
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.prefilter import prefiltered
+from reflet.reflectance.prefilter.prefilter import prefiltered
 
 HDR = Path(__file__).parents[2].parent / "shared" / "data" / "hdr"
 

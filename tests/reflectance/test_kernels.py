@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from reflet.reflectance.charlie import CharlieKernel
-from reflet.reflectance.ggx import GgxKernel, d_ggx
-from reflet.reflectance.kernel import Kernel, sine_squared_of_half
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.phong import PhongKernel
+from reflet.reflectance.brdfs.charlie import CharlieKernel
+from reflet.reflectance.brdfs.ggx import GgxKernel, d_ggx
+from reflet.reflectance.brdfs.kernel import Kernel, sine_squared_of_half
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
 
 KERNELS: list[Kernel] = [
     DiffuseKernel(),

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from reflet.errors import RefletError
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps, phong_taps
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.lobes.lobe_taps import PER_RING, RINGS, LobeTaps, lobe_taps, phong_taps
 
 
 def density(taps: LobeTaps, direction: np.ndarray) -> np.ndarray:

@@ -7,13 +7,13 @@ import pytest
 
 from reflet.errors import RefletError
 from reflet.files.measured_brdf_file import read_measured_brdf
-from reflet.reflectance.brdf import Brdf, FunctionBrdf, directional_albedo
-from reflet.reflectance.charlie import Charlie
-from reflet.reflectance.ggx import Ggx
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobe_frame import cosine_weighted
-from reflet.reflectance.lobes import THETA, fit_lobes, view_cosines
-from reflet.reflectance.phong import Phong, PhongKernel
+from reflet.reflectance.brdfs.brdf import Brdf, FunctionBrdf, directional_albedo
+from reflet.reflectance.brdfs.charlie import Charlie
+from reflet.reflectance.brdfs.ggx import Ggx
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.brdfs.phong import Phong, PhongKernel
+from reflet.reflectance.lobes.lobe_frame import cosine_weighted
+from reflet.reflectance.lobes.lobes import THETA, fit_lobes, view_cosines
 
 
 def lobe_about(axis_of_view: float, exponent: float, scale: tuple[float, ...] = (1.0,)) -> FunctionBrdf:

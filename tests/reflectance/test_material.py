@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
-from reflet.reflectance.dfg import dfg
-from reflet.reflectance.fresnel import fresnel_dielectric
-from reflet.reflectance.material import (
+from reflet.reflectance.brdfs.dfg import dfg
+from reflet.reflectance.brdfs.fresnel import fresnel_dielectric
+from reflet.reflectance.materials.material import (
     Coated,
     Conductor,
     Dielectric,
@@ -18,7 +18,7 @@ from reflet.reflectance.material import (
     Mirror,
     SurfaceMaterial,
 )
-from reflet.reflectance.material_maps import EnvironmentMaps, prepare
+from reflet.reflectance.materials.material_maps import EnvironmentMaps, prepare
 
 COSINE = np.linspace(0.0, 1.0, 65)
 LATLONG, CUBE = PARAMETERIZATIONS["latlong"], PARAMETERIZATIONS["cube"]

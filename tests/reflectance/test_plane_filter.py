@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.errors import RefletError
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.plane_filter import REACH, WIDEST, lobe_angle, plane_filters
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.prefilter.plane_filter import REACH, WIDEST, lobe_angle, plane_filters
 
 # [Heidrich00, sec. 3.2.5]: exponent, filter sizes small and large, shrink factors small and large.
 TABLE = [

@@ -5,22 +5,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.errors import RefletError
-from reflet.files.hdr import read_hdr
-from reflet.reflectance.charlie import CharlieKernel
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import FILAMENT, GEOMETRIC, LINEAR, ggx_levels, renderer_levels
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.prefilter import Prefilter, prefiltered
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.reflectance.radiance_tree import radiance_tree
-from reflet.reflectance.sheen_levels import sheen_levels
-from reflet.reflectance.tabulated_kernel import TabulatedKernel
+from reflet.files.pictures.hdr import read_hdr
+from reflet.reflectance.brdfs.charlie import CharlieKernel
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.brdfs.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.prefilter.ggx_levels import FILAMENT, GEOMETRIC, LINEAR, ggx_levels, renderer_levels
+from reflet.reflectance.prefilter.prefilter import Prefilter, prefiltered
+from reflet.reflectance.prefilter.radiance_tree import radiance_tree
+from reflet.reflectance.prefilter.sheen_levels import sheen_levels
 
 HDR = Path(__file__).parents[2].parent / "shared" / "data" / "hdr"
 LATLONG = PARAMETERIZATIONS["latlong"]

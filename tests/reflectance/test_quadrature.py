@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.errors import RefletError
-from reflet.reflectance.charlie import CharlieKernel
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.kernel import Kernel, sine_squared_of_half
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.reflectance.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.brdfs.charlie import CharlieKernel
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel, sine_squared_of_half
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.brdfs.tabulated_kernel import TabulatedKernel
 
 KERNELS: list[Kernel] = [DiffuseKernel(), PhongKernel(20.0), GgxKernel(0.2), CharlieKernel(0.3)]
 

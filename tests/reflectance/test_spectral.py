@@ -7,8 +7,8 @@ import pytest
 
 from reflet.errors import RefletError
 from reflet.files.ior_file import read_spectral_index
-from reflet.reflectance.fresnel import fresnel_conductor
-from reflet.reflectance.spectral import (
+from reflet.reflectance.brdfs.fresnel import fresnel_conductor
+from reflet.reflectance.brdfs.spectral import (
     WAVELENGTHS,
     SpectralIndex,
     d65,

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import wgpu
 
-from reflet.render.device import shared_device
-from reflet.render.layouts import FRAME
+from reflet.render.device.device import shared_device
+from reflet.render.playback.layouts import FRAME
 from reflet.shaders.link import link_text
 
 

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterization import Parameterization
-from reflet.scene.camera import Camera
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.scene.views.camera import Camera
 
 Radiance = Callable[[np.ndarray], np.ndarray]
 

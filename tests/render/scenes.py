@@ -5,18 +5,18 @@ from typing import Literal
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.primitives import torus_mesh
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
 MIRROR = Material(base_color=(0.65, 0.65, 0.65), metallic=1.0, perceptual_roughness=0.0)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import wgpu
 
-from reflet.files.texel_formats import TEXEL_FORMATS
-from reflet.render.device import shared_device
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
+from reflet.render.device.device import shared_device
 
 SIZE = 128
 SHADER = """

@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lamp import Lamp
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.octahedral import Octahedral
-from reflet.reflectance.brdf import FunctionBrdf
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobes import THETA, Lobes, fit_lobes
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.measured_material import Measured
-from reflet.render.env_map_texture import EnvMapTexture
-from reflet.render.live_environment import LiveEnvironment
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.octahedral import Octahedral
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.reflectance.brdfs.brdf import FunctionBrdf
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.lobes.lobes import THETA, Lobes, fit_lobes
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.maps.env_map_texture import EnvMapTexture
+from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 SIZE, ANGLES = 64, 3
 LAMP = Lamp((0.5, 0.6, 0.3), 10.0, (20.0, 15.0, 8.0))

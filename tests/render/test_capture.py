@@ -4,28 +4,28 @@ import numpy as np
 import pytest
 from map_scenes import linear
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.gazing_ball import GazingBall
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.octahedral import Octahedral
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.gazing_ball import GazingBall
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.parameterizations.octahedral import Octahedral
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
-from reflet.render.capture import EnvironmentCapture, Method, covering_cube_size
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import EnvMapRenderer, view_frame
-from reflet.render.env_map_texture import upload_env_map
-from reflet.render.moving_scene import MovingSceneRenderer
-from reflet.scene.camera import Camera
-from reflet.scene.corners import weld
+from reflet.render.capture.capture import EnvironmentCapture, Method, covering_cube_size
+from reflet.render.capture.moving_scene import MovingSceneRenderer
+from reflet.render.device.device import shared_device
+from reflet.render.maps.env_map_texture import upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer, view_frame
+from reflet.scene.builtin.solids import box
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.corners import weld
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.tessellate import tessellated
 from reflet.scene.scene import Part, Scene
 from reflet.scene.sky_light import SkyLight
-from reflet.scene.solids import box
-from reflet.scene.tessellate import tessellated
+from reflet.scene.views.camera import Camera
 
 METHODS: list[tuple[Method, Parameterization | None]] = [
     ("cube", None), ("dual_paraboloid", None), ("warp", GazingBall()), ("warp", LatLong()), ("warp", Octahedral()),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.texture_filter import padded_index_table, taps
-from reflet.render.coloring import coloring
+from reflet.render.playback.coloring import coloring
 
 SIZES = (1, 2, 4, 8, 32)
 ALL = [MipChain(size, parameterization) for parameterization in PARAMETERIZATIONS.values() for size in SIZES]

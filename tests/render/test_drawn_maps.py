@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import parameterization
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.silhouette import Silhouette
-from reflet.reflectance.map_material import Lookup
-from reflet.render.env_map_renderer import view_frame
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh
-from reflet.sketch import on_paper, sketch
+from reflet.pipelines.sketch import on_paper, sketch
+from reflet.reflectance.materials.map_material import Lookup
+from reflet.render.materials.env_map_renderer import view_frame
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 CAMERA = Camera((1.5, 1.2, 2.6), (0.0, 0.0, 0.0), fov_deg=50, width=72, height=60)
 SIZE = 128
@@ -94,7 +94,7 @@ def test_silhouettes_have_one_width_at_all_distances(radius: float, samples: int
 
 def test_filtered_levels_would_not_do() -> None:
     """The finest level's line, filtered, is wider the larger the ball is: it is a share of the radius."""
-    from reflet.envmap.mip_reduction import mip_images
+    from reflet.envmap.resampling.mip_reduction import mip_images
 
     finest = drawn_levels(Silhouette(WIDTH), DualParaboloid(), SIZE)[0]
     small, large = (outline(radius, mip_images(finest), 4).mean() for radius in (20.0, 80.0))

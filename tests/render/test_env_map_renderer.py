@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.gazing_ball import GazingBall
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.gazing_ball import GazingBall
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
-from reflet.render.env_map_renderer import EnvMapRenderer, render_mirror, view_frame
-from reflet.render.env_map_texture import upload_env_map
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.render.maps.env_map_texture import upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer, render_mirror, view_frame
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
+from reflet.scene.views.camera import Camera
 
 CAMERA = Camera((1.5, 1.2, 2.6), (0.0, 0.0, 0.0), fov_deg=50, width=96, height=80)
 EACH = pytest.mark.parametrize("kind", PARAMETERIZATIONS.values(), ids=str)

@@ -8,11 +8,11 @@ from scenes import MIRROR, analytic_map, pem_of, quad, random_map, scene_of, tor
 from small_pem import small_pem
 
 from reflet.envmap.geometry import Ellipsoid, InfiniteSphere
-from reflet.render.renderer import Renderer
-from reflet.render.visibility import rasterized_visibility
+from reflet.render.playback.renderer import Renderer
+from reflet.render.playback.visibility import rasterized_visibility
 from reflet.report.measures import display_psnr
-from reflet.scene.camera import Camera
 from reflet.scene.scene import Part
+from reflet.scene.views.camera import Camera
 
 FLOOR = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from compute import run
 
-from reflet.reflectance.fresnel import fresnel_conductor, fresnel_dielectric, fresnel_schlick
+from reflet.reflectance.brdfs.fresnel import fresnel_conductor, fresnel_dielectric, fresnel_schlick
 
 
 def test_fresnel_twins() -> None:

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lamp import Lamp
-from reflet.envmap.latlong import LatLong
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.errors import RefletError
-from reflet.reflectance.material import Coated, GlossyPhong
-from reflet.render.lamp import LampPainter
-from reflet.render.live_environment import LiveEnvironment
+from reflet.reflectance.materials.material import Coated, GlossyPhong
+from reflet.render.filters.lamp import LampPainter
+from reflet.render.filters.live_environment import LiveEnvironment
 
 SIZE = 32
 LAMP = Lamp((1.0, 0.9, 0.4), 12.0, (20.0, 10.0, 5.0))  # over an edge of the cube

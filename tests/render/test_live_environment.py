@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import GEOMETRIC
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.material import Coated, GlossyGgx, GlossyPhong, Mirror
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.render.env_map_texture import EnvMapTexture
-from reflet.render.live_environment import LiveEnvironment
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.materials.material import Coated, GlossyGgx, GlossyPhong, Mirror
+from reflet.reflectance.prefilter.ggx_levels import GEOMETRIC
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.maps.env_map_texture import EnvMapTexture
 
 SIZE = 64
 GREY = (0.5, 0.5, 0.5)

@@ -5,11 +5,10 @@ import pytest
 from compute import run
 from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.reflectance.ggx_levels import GEOMETRIC
-from reflet.reflectance.material import (
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.reflectance.materials.material import (
     Coated,
     Conductor,
     Dielectric,
@@ -19,12 +18,13 @@ from reflet.reflectance.material import (
     Mirror,
     SurfaceMaterial,
 )
-from reflet.reflectance.material_maps import EnvironmentMaps, roughness_over
-from reflet.render.env_map_renderer import view_frame
-from reflet.render.live_environment import LiveEnvironment
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh
+from reflet.reflectance.materials.material_maps import EnvironmentMaps, roughness_over
+from reflet.reflectance.prefilter.ggx_levels import GEOMETRIC
+from reflet.render.filters.live_environment import LiveEnvironment
+from reflet.render.materials.env_map_renderer import view_frame
+from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 CAMERA = Camera((1.5, 1.2, 2.6), (0.0, 0.0, 0.0), fov_deg=50, width=72, height=60)
 ALBEDO = (0.2, 0.5, 0.9)

@@ -6,20 +6,20 @@ from compute import run
 from map_scenes import sphere_reflections, view_rays
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
-from reflet.reflectance.brdf import FunctionBrdf
-from reflet.reflectance.brdf_map import lobe_axis, reflected_radiance
-from reflet.reflectance.lambert import Lambert
-from reflet.reflectance.lobes import fit_lobes
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.measured_material import Measured
-from reflet.render.brdf_map_texture import upload_brdf_map
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import view_frame
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh
+from reflet.reflectance.brdfs.brdf import FunctionBrdf
+from reflet.reflectance.brdfs.lambert import Lambert
+from reflet.reflectance.lobes.lobes import fit_lobes
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.reflectance.prefilter.brdf_map import lobe_axis, reflected_radiance
+from reflet.render.device.device import shared_device
+from reflet.render.maps.brdf_map_texture import upload_brdf_map
+from reflet.render.materials.env_map_renderer import view_frame
+from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 CAMERA = Camera((1.5, 1.2, 2.6), (0.0, 0.0, 0.0), fov_deg=50, width=72, height=60)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels, linear, sphere_reflections
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.errors import RefletError
-from reflet.render.env_map_renderer import render_mirror, view_frame
-from reflet.render.paraboloid_two_pass import ParaboloidRenderer
-from reflet.scene.camera import Camera
-from reflet.scene.primitives import sphere_mesh
+from reflet.render.materials.env_map_renderer import render_mirror, view_frame
+from reflet.render.materials.paraboloid_two_pass import ParaboloidRenderer
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.views.camera import Camera
 
 # The border between the hemispheres runs across what is seen.
 CAMERA = Camera((2.6, 1.2, 0.8), (0.0, 0.0, 0.0), fov_deg=50, width=128, height=112)

@@ -6,8 +6,8 @@ from compute import run
 
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import NONE, Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import NONE, Parameterization
 from reflet.envmap.texture_filter import sample
 
 EACH = pytest.mark.parametrize("p", PARAMETERIZATIONS.values(), ids=str)

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.plane_filter import lobe_angle
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.reflectance.tabulated_kernel import TabulatedKernel
-from reflet.render.device import shared_device
-from reflet.render.env_map_texture import EnvMapTexture, upload_env_map
-from reflet.render.phong_paraboloid import PhongParaboloidFilter
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.brdfs.tabulated_kernel import TabulatedKernel
+from reflet.reflectance.prefilter.plane_filter import lobe_angle
+from reflet.render.device.device import shared_device
+from reflet.render.filters.phong_paraboloid import PhongParaboloidFilter
+from reflet.render.maps.env_map_texture import EnvMapTexture, upload_env_map
 
 PARABOLOID = DualParaboloid()
 SIZE = 64

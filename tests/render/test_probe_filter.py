@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from map_scenes import analytic_levels, linear
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.errors import RefletError
-from reflet.reflectance.ggx import GgxKernel
-from reflet.reflectance.ggx_levels import GEOMETRIC
-from reflet.reflectance.kernel import Kernel
-from reflet.reflectance.lambert import DiffuseKernel
-from reflet.reflectance.phong import PhongKernel
-from reflet.reflectance.quadrature import filtered_reference
-from reflet.render.device import shared_device
-from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
-from reflet.render.probe_filter import ProbeFilter, ggx_kernels
-from reflet.render.probe_pyramid import FILLED
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.brdfs.kernel import Kernel
+from reflet.reflectance.brdfs.lambert import DiffuseKernel
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.brdfs.quadrature import filtered_reference
+from reflet.reflectance.prefilter.ggx_levels import GEOMETRIC
+from reflet.render.device.device import shared_device
+from reflet.render.filters.probe_filter import ProbeFilter, ggx_kernels
+from reflet.render.filters.probe_pyramid import FILLED
+from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
 
 SIZE = 64
 KERNELS = (GgxKernel(0.1), GgxKernel(0.5), PhongKernel(30.0))

@@ -17,20 +17,20 @@ from scenes import (
     torus,
 )
 
-from reflet.envmap.cube import FACES, direction_from_face
 from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import FACES, direction_from_face
 from reflet.errors import RefletError
 from reflet.infer.rendering_matrix import rendering_matrix
-from reflet.render import device as device_module
-from reflet.render.renderer import Renderer
-from reflet.render.visibility import rasterized_visibility
-from reflet.scene.camera import Camera
-from reflet.scene.irradiance import IrradianceMap
+from reflet.render.device import device as device_module
+from reflet.render.playback.renderer import Renderer
+from reflet.render.playback.visibility import rasterized_visibility
 from reflet.scene.material import EnvironmentLight, Material, Texture
 from reflet.scene.scene import Part
-from reflet.scene.surface import gbuffer_from_visibility
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.views.camera import Camera
 
 FLOOR = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
 HALF = 2.0**-11  # relative rounding of half floats

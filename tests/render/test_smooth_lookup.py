@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from compute import run
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.octahedral import Octahedral
-from reflet.envmap.parameterization import NONE, Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.octahedral import Octahedral
+from reflet.envmap.parameterizations.parameterization import NONE, Parameterization
 from reflet.errors import RefletError
-from reflet.render.device import shared_device
-from reflet.render.env_map_texture import upload_env_map
+from reflet.render.device.device import shared_device
+from reflet.render.maps.env_map_texture import upload_env_map
 
 SIZE = 8
 EACH = pytest.mark.parametrize("p", [CUBE, Octahedral()], ids=str)  # what live and still environments look up

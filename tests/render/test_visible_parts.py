@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reflet.envmap.cube import face_from_direction
-from reflet.render.visible_parts import bounding_spheres, reach_into_cube, reach_into_paraboloids
+from reflet.envmap.parameterizations.cube import face_from_direction
+from reflet.render.meshes.visible_parts import bounding_spheres, reach_into_cube, reach_into_paraboloids
 from reflet.scene.material import MIRROR
-from reflet.scene.primitives import torus_mesh
+from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.scene import Part, Scene
 
 

@@ -5,19 +5,19 @@ import pytest
 import wgpu
 from map_scenes import analytic_levels, linear
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import mip_levels_from_finest
-from reflet.envmap.padding import continued, outside_disc
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import view_frame
-from reflet.render.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
-from reflet.render.map_levels import MapLevels
-from reflet.render.warp import Warp
-from reflet.scene.camera import Camera
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.mip_reduction import mip_levels_from_finest
+from reflet.envmap.resampling.padding import continued, outside_disc
+from reflet.render.device.device import shared_device
+from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
+from reflet.render.maps.map_levels import MapLevels
+from reflet.render.materials.env_map_renderer import view_frame
+from reflet.render.meshes.warp import Warp
+from reflet.scene.views.camera import Camera
 
 EACH = pytest.mark.parametrize("kind", PARAMETERIZATIONS.values(), ids=str)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.sampling import analyze
 from reflet.report.sampling_figure import LEAST, MOST, PICTURE, sampling_table, sphere_picture, write_sampling_figure
 

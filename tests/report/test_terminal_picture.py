@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.report.measures import EXPOSURE, picture_srgb
 from reflet.report.terminal_picture import LOWER_HALF, MIDDLE_GREY, UPPER_HALF, terminal_picture
 

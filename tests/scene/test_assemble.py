@@ -6,12 +6,12 @@ import pytest
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.assemble import assemble
+from reflet.scene.builtin.solids import box
 from reflet.scene.material import MIRROR, EnvironmentLight, Material, Texture
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.touching import touch
 from reflet.scene.scene import Part
-from reflet.scene.solids import box
 from reflet.scene.surface_mean import surface_mean, surface_points
-from reflet.scene.touching import touch
 
 SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))
 PAINT = Material("paint", metallic=0.0)

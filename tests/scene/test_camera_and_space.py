@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reflet.errors import RefletError
-from reflet.scene.camera import Camera
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.sample_pattern import PATTERN, sample_positions
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.views.sample_pattern import PATTERN, sample_positions
 
 BENCH = Orbit((0.01, 0.15, 0.0), azimuth_deg=60.0, elevation_deg=22.0, distance=1.25)
 ORBIT = ParameterSpace((Axis("azimuth_deg", (60.0, 62.0, 64.0)),), BENCH)

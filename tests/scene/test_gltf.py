@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 from reflet.errors import RefletError, RefletWarning
-from reflet.scene.corners import corner_tangents, face_normals
-from reflet.scene.gltf import read_gltf
+from reflet.scene.meshes.corners import corner_tangents, face_normals
+from reflet.scene.readers.gltf import read_gltf
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)

@@ -6,17 +6,17 @@ import pytest
 from reflet.errors import RefletError
 from reflet.scene.assemble import assemble
 from reflet.scene.bounds import bounding_sphere, object_positions, object_triangles, supporting_height
-from reflet.scene.camera import Camera
-from reflet.scene.corners import face_normals, weld
-from reflet.scene.framing import check_camera, frame_orbit, winding_number
-from reflet.scene.hull import TOLERANCE, hull_triangles
+from reflet.scene.builtin.newell import PARTS
+from reflet.scene.builtin.solids import box, sphere
+from reflet.scene.builtin.teapot import teapot_mesh
+from reflet.scene.builtin.teapot_room import teapot_room
 from reflet.scene.material import MIRROR, EnvironmentLight, Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.newell import PARTS
+from reflet.scene.meshes.corners import face_normals, weld
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
-from reflet.scene.solids import box, sphere
-from reflet.scene.teapot import teapot_mesh
-from reflet.scene.teapot_room import teapot_room
+from reflet.scene.surfaces.hull import TOLERANCE, hull_triangles
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.framing import check_camera, frame_orbit, winding_number
 
 SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reflet.scene.labelled_court import SUN, SUN_RADIANCE, SUN_RADIUS, court_radiance, labelled_court
+from reflet.scene.builtin.labelled_court import SUN, SUN_RADIANCE, SUN_RADIUS, court_radiance, labelled_court
 
 
 def test_walls_have_their_colours() -> None:

@@ -8,12 +8,12 @@ import pytest
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.assemble import assemble
-from reflet.scene.corners import corner_tangents
-from reflet.scene.framing import check_camera, frame_orbit
-from reflet.scene.gltf import read_gltf
-from reflet.scene.hull import hull_triangles
 from reflet.scene.material import EnvironmentLight
-from reflet.scene.obj import read_obj
+from reflet.scene.meshes.corners import corner_tangents
+from reflet.scene.readers.gltf import read_gltf
+from reflet.scene.readers.obj import read_obj
+from reflet.scene.surfaces.hull import hull_triangles
+from reflet.scene.views.framing import check_camera, frame_orbit
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))

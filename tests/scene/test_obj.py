@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from reflet.errors import RefletError, RefletWarning
-from reflet.scene.corners import crease_normals
-from reflet.scene.obj import read_obj
+from reflet.scene.meshes.corners import crease_normals
+from reflet.scene.readers.obj import read_obj
 
 CUBE = """
 v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from reflet.scene.corners import weld
-from reflet.scene.mesh import Mesh
-from reflet.scene.primitives import sphere_mesh, torus_mesh
+from reflet.scene.builtin.solids import box
+from reflet.scene.meshes.corners import weld
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
+from reflet.scene.meshes.tessellate import tessellated
 from reflet.scene.sky_light import SkyLight
-from reflet.scene.solids import box
-from reflet.scene.tessellate import tessellated
 
 
 def corners_of(mesh: Mesh) -> np.ndarray:

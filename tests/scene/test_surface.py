@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from reflet.scene.camera import Camera
 from reflet.scene.material import Material, Texture
-from reflet.scene.mesh import Mesh
-from reflet.scene.sample_pattern import sample_positions
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
-from reflet.scene.surface import SMALLEST_CLIMB, gbuffer_from_visibility
-from reflet.scene.visibility import Visibility
+from reflet.scene.surfaces.surface import SMALLEST_CLIMB, gbuffer_from_visibility
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
 
 UP = (0.0, 1.0, 0.0)
 

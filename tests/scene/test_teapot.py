@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reflet.scene.atlas import GUTTER, pack
-from reflet.scene.corners import face_normals
-from reflet.scene.newell import PARTS, patches
-from reflet.scene.solids import box, cone, cylinder, quad, sphere
-from reflet.scene.teapot import SCALE, evaluate, teapot_mesh
-from reflet.scene.teapot_room import CEILING, FLOOR, HALF_DEPTH, HALF_WIDTH, teapot_room
+from reflet.scene.builtin.atlas import GUTTER, pack
+from reflet.scene.builtin.newell import PARTS, patches
+from reflet.scene.builtin.solids import box, cone, cylinder, quad, sphere
+from reflet.scene.builtin.teapot import SCALE, evaluate, teapot_mesh
+from reflet.scene.builtin.teapot_room import CEILING, FLOOR, HALF_DEPTH, HALF_WIDTH, teapot_room
+from reflet.scene.meshes.corners import face_normals
 
 TEAPOT = Path(__file__).parents[3] / "shared" / "data" / "teapot" / "teapot_newell_306.json"
 

@@ -11,7 +11,7 @@ from trace_scenes import CHROME, camera, quad, room, scene, sphere
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.irradiance import trace_irradiance
+from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 

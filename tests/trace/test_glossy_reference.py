@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from reflet.scene.camera import Camera
 from reflet.scene.material import EnvironmentLight
-from reflet.trace.glossy_reference import GlossySphere, albedo
+from reflet.scene.views.camera import Camera
+from reflet.trace.references.glossy_reference import GlossySphere, albedo
 
 CAMERA = Camera((0.0, 0.0, 40.0), (0.0, 0.0, 0.0), fov_deg=3.0, width=24, height=24)
 

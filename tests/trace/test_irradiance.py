@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from trace_scenes import CHROME, camera, constant_light, quad, room, scene, sphere
 
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.compose import compose
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.irradiance import trace_irradiance
-from reflet.trace.mesh_colors import sample_sites
-from reflet.trace.path_reference import path_traced
+from reflet.trace.light.irradiance import trace_irradiance
+from reflet.trace.light.mesh_colors import sample_sites
+from reflet.trace.references.path_reference import path_traced
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 

@@ -5,12 +5,12 @@ import pytest
 from trace_scenes import CHROME, camera, constant_light, no_irradiance, quad, room, scene, sphere
 
 from reflet.scene.material import Material, Texture
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.compose import compose, object_coverage
 from reflet.trace.layers import SegmentedLayers
-from reflet.trace.path_reference import PathReference
+from reflet.trace.references.path_reference import PathReference
 from reflet.trace.tracer import Tracer
 
 

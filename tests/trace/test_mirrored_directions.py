@@ -5,10 +5,10 @@ import pytest
 from trace_scenes import CHROME, camera, no_irradiance, quad, scene, sphere
 
 from reflet.scene.material import EnvironmentLight, Material, Texture
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
-from reflet.scene.surface import gbuffer_from_visibility
-from reflet.trace.path_reference import PathReference
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.trace.references.path_reference import PathReference
 from reflet.trace.tracer import Tracer
 
 

@@ -9,7 +9,7 @@ from PIL import Image
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.scene import Scene
-from reflet.trace.mitsuba_xml import read_mitsuba_orbit, read_mitsuba_xml
+from reflet.trace.mitsuba_files.mitsuba_xml import read_mitsuba_orbit, read_mitsuba_xml
 
 BENCH = Path(__file__).parents[2].parent / "shared/data/bench"
 
@@ -147,7 +147,7 @@ def test_what_has_no_counterpart_is_one_sentence(tmp_path: Path, text: str, says
 
 @pytest.mark.skipif(not BENCH.exists(), reason="needs the shared test data")
 def test_bench_scene_reads_as_its_gltf_twin() -> None:
-    from reflet.load import load_scene
+    from reflet.pipelines.load import load_scene
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RefletWarning)

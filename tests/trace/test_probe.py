@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from trace_scenes import CHROME, constant_light, no_irradiance, room, scene, sphere
 
-from reflet.envmap.cube import texel_directions, texel_solid_angle
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import texel_directions, texel_solid_angle
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.trace.tracer import Tracer

@@ -3,9 +3,9 @@
 import numpy as np
 from trace_scenes import CHROME, camera, constant_light, no_irradiance, quad, scene, sphere
 
-from reflet.scene.camera import Camera
-from reflet.scene.sample_pattern import sample_positions
 from reflet.scene.scene import Part, Scene
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
 from reflet.trace.footprint import covered_pixels
 from reflet.trace.tracer import Tracer
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from reflet.scene.camera import Camera
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.camera import Camera
 
 Vec3 = tuple[float, float, float]
 CHROME = Material("chrome", base_color=(0.65, 0.65, 0.65), metallic=1.0, perceptual_roughness=0.0)

@@ -14,8 +14,8 @@ import numpy as np
 
 from reflet.envmap.geometry import InfiniteSphere
 from reflet.pem.container import open_pem
-from reflet.render.device import shared_device
-from reflet.render.renderer import Renderer
+from reflet.render.device.device import shared_device
+from reflet.render.playback.renderer import Renderer
 
 
 @cache

@@ -12,30 +12,30 @@ from pathlib import Path
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lamp import Lamp
-from reflet.files.ktx2 import read_ktx2
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.files.measured_brdf_file import read_measured_brdf
-from reflet.reflectance import material as materials
-from reflet.reflectance.lobes import fit_lobes
-from reflet.reflectance.map_material import Lookup, MapMaterial
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.measured_material import Measured
-from reflet.reflectance.phong import PhongKernel
-from reflet.render.brdf_map_filter import BrdfMapFilter
-from reflet.render.device import shared_device
-from reflet.render.env_map_renderer import EnvMapRenderer
-from reflet.render.env_map_texture import HALF, create_env_map, upload_env_map
-from reflet.render.lamp import LampPainter
-from reflet.render.material_renderer import MaterialRenderer
-from reflet.render.phong_paraboloid import PhongParaboloidFilter
-from reflet.render.probe_filter import ProbeFilter
-from reflet.render.probe_pyramid import FILLED, ProbePyramid
-from reflet.render.still_environment import StillEnvironment
-from reflet.scene.gltf import read_gltf
-from reflet.scene.parameter_space import Orbit
-from reflet.shade import turn_about_vertical
+from reflet.files.textures.ktx2 import read_ktx2
+from reflet.pipelines.shade import turn_about_vertical
+from reflet.reflectance.brdfs.phong import PhongKernel
+from reflet.reflectance.lobes.lobes import fit_lobes
+from reflet.reflectance.materials import material as materials
+from reflet.reflectance.materials.map_material import Lookup, MapMaterial
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.measured_material import Measured
+from reflet.render.device.device import shared_device
+from reflet.render.filters.brdf_map_filter import BrdfMapFilter
+from reflet.render.filters.lamp import LampPainter
+from reflet.render.filters.phong_paraboloid import PhongParaboloidFilter
+from reflet.render.filters.probe_filter import ProbeFilter
+from reflet.render.filters.probe_pyramid import FILLED, ProbePyramid
+from reflet.render.filters.still_environment import StillEnvironment
+from reflet.render.maps.env_map_texture import HALF, create_env_map, upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer
+from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.readers.gltf import read_gltf
+from reflet.scene.views.parameter_space import Orbit
 
 CLASSES = {
     "mirror": materials.Mirror,

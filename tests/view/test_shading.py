@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from browser import draw, drive, need_built_viewer
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.octahedral import Octahedral
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
+from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.errors import RefletError
 from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.drawings import drawing
-from reflet.reflectance.brdf import FunctionBrdf
-from reflet.reflectance.brdf_map import brdf_map_3d, rows_for
-from reflet.reflectance.lobes import fit_lobes
-from reflet.reflectance.map_material import Lookup, MapMaterial
-from reflet.reflectance.material import Coated, Mirror
-from reflet.reflectance.measured_brdf import tabulate
-from reflet.reflectance.metals import METALS
-from reflet.scene.parameter_space import Orbit
-from reflet.scene.primitives import torus_mesh
+from reflet.reflectance.brdfs.brdf import FunctionBrdf
+from reflet.reflectance.brdfs.measured_brdf import tabulate
+from reflet.reflectance.lobes.lobes import fit_lobes
+from reflet.reflectance.materials.map_material import Lookup, MapMaterial
+from reflet.reflectance.materials.material import Coated, Mirror
+from reflet.reflectance.materials.metals import METALS
+from reflet.reflectance.prefilter.brdf_map import brdf_map_3d, rows_for
+from reflet.scene.meshes.primitives import torus_mesh
+from reflet.scene.views.parameter_space import Orbit
 from reflet.view.export import export_viewer
 from reflet.view.server import viewer_server
 from reflet.view.shaded_scene import NamedMap, material_to_json, write_shaded_scene

@@ -15,9 +15,9 @@ from browser import draw, drive, need_built_viewer
 from PIL import Image
 from small_pem import small_pem
 
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.pem.container import save_pem
-from reflet.scene.parameter_space import Axis
+from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
 ORBIT_VIEWS = 60  # more than the 42 that can be resident

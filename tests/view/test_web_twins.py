@@ -13,8 +13,8 @@ from small_pem import small_pem
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.pem.container import save_pem
 from reflet.pem.writer import geometry_to_json
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.sample_pattern import PATTERN
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.views.sample_pattern import PATTERN
 from reflet.shaders.link import link
 
 WEB = Path(__file__).parents[2] / "web"

@@ -1,8 +1,8 @@
-// The camera and its orbit: twins of reflet.scene.camera and reflet.scene.parameter_space.
+// The camera and its orbit: twins of reflet.scene.views.camera and reflet.scene.views.parameter_space.
 
 import { cross, dot, length, normalize, scale, subtract, type Vec3 } from "./vectors";
 
-export const NEAR_SHARE = 1e-3; // of the distance to the target, as in reflet.render.layouts
+export const NEAR_SHARE = 1e-3; // of the distance to the target, as in reflet.render.playback.layouts
 const UP: Vec3 = [0, 1, 0];
 
 /** A point of the parameter space: coordinates by axis name, as in scene.gltf. */

@@ -1,4 +1,4 @@
-// KTX 2.0 maps in half float, as reflet.files.ktx2 writes them.
+// KTX 2.0 maps in half float, as reflet.files.textures.ktx2 writes them.
 
 import { read, VK_FORMAT_R16G16B16A16_SFLOAT } from "ktx-parse";
 import { levelBytes, levelCount, type MapShape, PARAMETERIZATIONS } from "./parameterization";

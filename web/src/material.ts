@@ -1,4 +1,4 @@
-// Environment-mapped materials: records, and how shaders read them. Twin of reflet.reflectance.material.
+// Environment-mapped materials: records, and how shaders read them. Twin of reflet.reflectance.materials.material.
 
 import type { Vec3 } from "./vectors";
 

@@ -1,4 +1,4 @@
-// Which samples of the parameter space a view needs: twin of reflet.scene.parameter_space.
+// Which samples of the parameter space a view needs: twin of reflet.scene.views.parameter_space.
 
 export interface Axis {
   readonly name: string;

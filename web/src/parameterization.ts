@@ -1,4 +1,4 @@
-// How maps lay directions out: what a host needs to know of reflet.envmap.parameterizations; the rest is the shaders'.
+// How maps lay directions out: what a host needs to know of reflet.envmap.parameterizations.by_name; the rest is the shaders'.
 
 export interface Parameterization {
   readonly kind: number; // its number in shaders

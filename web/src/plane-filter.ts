@@ -1,4 +1,4 @@
-// Phong's lobe as shift-invariant filters of a dual paraboloid: twin of reflet.reflectance.plane_filter, which says why.
+// Phong's lobe as shift-invariant filters of a dual paraboloid: twin of reflet.reflectance.prefilter.plane_filter, which says why.
 
 const WIDEST = 7; // texels
 const REACH = (WIDEST - 1) / 2;

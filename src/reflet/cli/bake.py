@@ -7,7 +7,7 @@ import click
 from reflet.cli.options import VARIANTS, Vector, variant_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.geometry import KINDS
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 
 _GEOMETRY = click.Choice(list(KINDS))
 
@@ -84,10 +84,10 @@ def bake(
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
-    from reflet.bake import bake as bake_scene
-    from reflet.load import load_scene
-    from reflet.scene.framing import frame_orbit
-    from reflet.scene.parameter_space import orbit_space
+    from reflet.pipelines.bake import bake as bake_scene
+    from reflet.pipelines.load import load_scene
+    from reflet.scene.views.framing import frame_orbit
+    from reflet.scene.views.parameter_space import orbit_space
 
     loaded = load_scene(scene, environment=environment, reflect=reflect)
     orbit = frame_orbit(

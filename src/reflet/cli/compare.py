@@ -44,9 +44,9 @@ def compare(
     """
     import json
 
-    from reflet.compare import compare as compare_pem
     from reflet.files.atomic import atomic_write
     from reflet.pem.container import open_pem
+    from reflet.pipelines.compare import compare as compare_pem
     from reflet.report.figure import comparison_figure
     from reflet.report.page import result_page
     from reflet.report.table import comparison_table

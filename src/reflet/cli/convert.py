@@ -6,7 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 
 @click.command(short_help="Turn an environment map file into another kind.")
@@ -39,7 +39,7 @@ def convert(
       reflet convert studio.hdr 'sky_{face}.png' --to cube
       reflet convert probe.hdr studio.exr --from angular --to latlong
     """
-    from reflet.convert import convert as convert_file
+    from reflet.pipelines.convert import convert as convert_file
 
     with progress_bar() as progress:
         image = convert_file(

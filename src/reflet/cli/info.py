@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import from_option
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
 
 
@@ -41,8 +41,8 @@ def info(path: Path, source_is: Parameterization | None) -> None:
 
 
 def _holds_a_cube(folder: Path) -> bool:
-    from reflet.files.picture_file import READ
-    from reflet.files.six_files import six_files
+    from reflet.files.pictures.picture_file import READ
+    from reflet.files.pictures.six_files import six_files
 
     try:
         return six_files(folder, READ) is not None
@@ -66,7 +66,7 @@ def _tell_of_map(path: Path, source_is: Parameterization | None) -> None:
 
 def _tell_of_brdf(path: Path) -> None:
     from reflet.files.measured_brdf_file import read_measured_brdf
-    from reflet.reflectance.brdf_facts import brdf_facts
+    from reflet.reflectance.lobes.brdf_facts import brdf_facts
     from reflet.report.brdf_table import brdf_table
 
     table = read_measured_brdf(path)

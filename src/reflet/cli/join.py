@@ -6,8 +6,8 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, Vector, layout_option
 from reflet.cli.progress import progress_bar
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.projections import PROJECTIONS
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.projections import PROJECTIONS
 
 
 @click.command(short_help="Join two fisheye or mirror ball pictures into one environment map.")
@@ -65,8 +65,8 @@ def join(
       reflet join ball1.hdr ball2.hdr --projection mirror_ball --blend 20 --circle 1024,1030,980 -o probe.exr
       reflet join sky.jpg -o sky.exr
     """
-    from reflet.join import camera_turn
-    from reflet.join import join as join_files
+    from reflet.pipelines.join import camera_turn
+    from reflet.pipelines.join import join as join_files
 
     with progress_bar() as progress:
         image = join_files(

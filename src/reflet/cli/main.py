@@ -14,13 +14,13 @@ from reflet.cli.bake import bake
 from reflet.cli.compare import compare
 from reflet.cli.convert import convert
 from reflet.cli.info import info
+from reflet.cli.interruption import interrupted
 from reflet.cli.join import join
 from reflet.cli.prefilter import prefilter
 from reflet.cli.render import render
 from reflet.cli.sampling import sampling
 from reflet.cli.shade import shade
 from reflet.cli.sketch import sketch
-from reflet.cli.start import interrupted
 from reflet.cli.verify import verify
 from reflet.cli.view import view
 from reflet.errors import RefletError, RefletWarning

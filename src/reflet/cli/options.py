@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
-from reflet.files.cube_layouts import LAYOUTS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.files.pictures.cube_layouts import LAYOUTS
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 

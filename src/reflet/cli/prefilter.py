@@ -6,7 +6,7 @@ import click
 
 from reflet.cli.options import PARAMETERIZATION, map_file_options
 from reflet.cli.progress import progress_bar
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 TABLE = "table:"
 
@@ -84,18 +84,18 @@ def prefilter(
     written: list[str] = []
     with progress_bar() as progress:
         if sh:
-            from reflet.prefilter import harmonics
+            from reflet.pipelines.prefilter import harmonics
 
             harmonics(source, sh, source_is=source_is, progress=progress)
             written.append(f"{sh} is written.")
         if engine and output:
-            from reflet.engine_maps import engine_maps
+            from reflet.pipelines.engine_maps import engine_maps
 
             rows = 256 if size is None else size
             files = engine_maps(source, output, engine, size=rows, source_is=source_is, progress=progress)
             written += [f"{path} is written." for path in files]
         elif brdf and brdf.startswith(TABLE) and output:
-            from reflet.brdf_maps import brdf_maps
+            from reflet.pipelines.brdf_maps import brdf_maps
 
             if (levels, layout, mips) != (None, None, None):
                 raise click.UsageError("A table's maps have neither levels nor a layout; leave these options out.")
@@ -112,7 +112,7 @@ def prefilter(
             )
             written += [f"{path} is written." for path in files]
         elif brdf and output:
-            from reflet.prefilter import prefilter as prefilter_file
+            from reflet.pipelines.prefilter import prefilter as prefilter_file
 
             made = prefilter_file(
                 source,

@@ -39,10 +39,10 @@ def render(
     from dataclasses import replace
 
     from reflet.errors import RefletError
-    from reflet.files.exr import write_exr
-    from reflet.files.png import write_png
+    from reflet.files.pictures.exr import write_exr
+    from reflet.files.pictures.png import write_png
     from reflet.pem.container import open_pem
-    from reflet.render.renderer import Renderer
+    from reflet.render.playback.renderer import Renderer
     from reflet.report.measures import picture_srgb
 
     if output.suffix.lower() not in (".png", ".exr"):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 
 
 @click.command(short_help="Say how evenly each parameterization samples the sphere.")

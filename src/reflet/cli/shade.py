@@ -6,7 +6,7 @@ import click
 
 from reflet.cli.options import Vector, from_option
 from reflet.cli.progress import progress_bar
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 RGB = Vector()
 RGB.name = "R,G,B"
@@ -81,14 +81,14 @@ def shade(
 
     from reflet.errors import RefletError
     from reflet.files.env_image_file import read_env_image
-    from reflet.files.exr import write_exr
-    from reflet.files.picture_file import write_picture_file
-    from reflet.files.png import write_png
-    from reflet.reflectance.material_maps import EnvironmentMaps
+    from reflet.files.pictures.exr import write_exr
+    from reflet.files.pictures.picture_file import write_picture_file
+    from reflet.files.pictures.png import write_png
+    from reflet.pipelines.shade import OWN, frame_mesh, load_mesh, surface_material, turn_about_vertical
+    from reflet.pipelines.shade import shade as draw
+    from reflet.pipelines.sketch import drawing_size, map_material, on_paper, shows_map, sketch
+    from reflet.reflectance.materials.material_maps import EnvironmentMaps
     from reflet.report.measures import picture_srgb
-    from reflet.shade import OWN, frame_mesh, load_mesh, surface_material, turn_about_vertical
-    from reflet.shade import shade as draw
-    from reflet.sketch import drawing_size, map_material, on_paper, shows_map, sketch
 
     suffix = output.suffix.lower()
     if suffix not in (".png", ".exr"):

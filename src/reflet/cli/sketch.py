@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import PARAMETERIZATION
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 
 @click.command(short_help="Draw a non-photorealistic map.")
@@ -34,7 +34,7 @@ def sketch(drawing: str, size: int, parameterization: Parameterization, seed: in
       reflet shade teapot illustration.ktx2 --material map:view-normal -o teapot.png
       reflet sketch hatching --parameterization cube --size 512 -o 'hatching_{level}.png'
     """
-    from reflet.sketch import sketch_levels, write_sketch
+    from reflet.pipelines.sketch import sketch_levels, write_sketch
 
     for file in write_sketch(output, sketch_levels(drawing, parameterization, size, seed)):
         click.echo(f"{file} is written.")

@@ -7,11 +7,13 @@ import os
 import signal
 import sys
 
+from reflet.cli.interruption import hear_again, interrupted
+
 
 def main() -> None:
     """Runs one command and ends the process with `reflet.cli.main`'s statuses. Ctrl-C never ends in a traceback."""
     try:
-        sys.unraisablehook = _hear_again
+        sys.unraisablehook = hear_again
         _keep_compiled_functions()
         from reflet.cli.main import main as run
 
@@ -23,30 +25,6 @@ def main() -> None:
         sys.exit(130)
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is said and done; what is left takes no time
-
-
-def interrupted(error: BaseException | None) -> bool:
-    """Whether an error comes of Ctrl-C: libraries that load their own make an ImportError of KeyboardInterrupt."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
-
-
-def _hear_again(unraisable: "sys.UnraisableHookArgs") -> None:
-    """Ctrl-C again, soon, where nobody could catch the first.
-
-    Python raises KeyboardInterrupt between any two instructions: also in a destructor, or in what LLVM calls back when
-    it has compiled a function. From there no exception gets out, and the work would go on as if nothing had been said.
-    """
-    import threading
-
-    if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        # to the main thread itself, so that it wakes from waiting
-        again = threading.Timer(0.05, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
-        again.daemon = True
-        again.start()
-    else:
-        sys.__unraisablehook__(unraisable)
 
 
 def _keep_compiled_functions() -> None:

@@ -24,7 +24,7 @@ def verify(pem: Path, json_path: Path | None) -> int:
 
     from reflet.files.atomic import atomic_write
     from reflet.pem.container import open_pem
-    from reflet.verify import verify as verify_pem
+    from reflet.pipelines.verify import verify as verify_pem
 
     opened = open_pem(pem)
     with progress_bar() as progress:

@@ -8,7 +8,7 @@ import click
 from reflet.cli.options import from_option
 from reflet.cli.progress import progress_bar
 from reflet.cli.shade import RGB
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 
 @click.command(short_help="Look at a PEM, or at a mesh in an environment, in the browser.")
@@ -57,10 +57,10 @@ def view(
       reflet view teapot --material gooch+silhouette --material hatching
     """
     from reflet.errors import RefletError
-    from reflet.shade import BUILT_IN
+    from reflet.pipelines.shade import BUILT_IN
+    from reflet.pipelines.view_materials import write_materials_view
     from reflet.view.export import export_viewer
     from reflet.view.server import serve
-    from reflet.view_materials import write_materials_view
 
     def show(folder: str | Path) -> None:
         if out is None:

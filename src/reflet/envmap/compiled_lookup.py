@@ -9,8 +9,8 @@ from math import floor, log2, sqrt
 import numpy as np
 from numba import njit
 
-from reflet.envmap.compiled_parameterization import CUBE, face_of, point_of, project, rate_at
 from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, LEAST_HALF_CHORD
+from reflet.envmap.parameterizations.compiled_parameterization import CUBE, face_of, point_of, project, rate_at
 
 _SMALL = 1e-12
 _LEAST_SQUARE = LEAST_HALF_CHORD**2

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.cube import AXES, CUBE, face_from_direction
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import AXES, CUBE, face_from_direction
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Shaped
 
-from reflet.envmap.cube import CUBE
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
 
 

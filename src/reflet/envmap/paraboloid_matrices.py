@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Float32
 
-from reflet.envmap.dual_paraboloid import DualParaboloid
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 
 Matrix = Float[np.ndarray, "4 4"]
 

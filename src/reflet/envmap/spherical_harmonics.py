@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterization import Directions, Parameterization
+from reflet.envmap.parameterizations.parameterization import Directions, Parameterization
 
 _ROWS = 1 << 18  # texels at a time, about: bounds the memory
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int, Int32
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import NONE
+from reflet.envmap.parameterizations.parameterization import NONE
 
 MISSING = -1  # the table's entry for the texel beyond a cube's corner
 

@@ -17,28 +17,28 @@ from typing import Literal
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.latlong import LatLong
-from reflet.envmap.padding import with_corners
-from reflet.envmap.parameterization import Parameterization
-from reflet.envmap.parameterizations import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.latlong import LatLong
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.padding import with_corners
 from reflet.errors import RefletError
-from reflet.files import dds, ktx1, ktx2_container
 from reflet.files.atomic import atomic_path
-from reflet.files.cube_layouts import as_seen_inside, faces_from_picture, layout_of, picture_from_faces
-from reflet.files.env_texture import (
+from reflet.files.file_facts import FileFacts
+from reflet.files.pictures.cube_layouts import as_seen_inside, faces_from_picture, layout_of, picture_from_faces
+from reflet.files.pictures.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
+from reflet.files.pictures.picture_file import READ, WRITTEN, PictureFile, read_picture_file, write_picture_file
+from reflet.files.pictures.six_files import PLACEHOLDER, named_files, six_files
+from reflet.files.textures import dds, ktx1, ktx2_container
+from reflet.files.textures.env_texture import (
     KEY,
     as_radiance,
     levels_from_texture,
     named_parameterization,
     texture_from_levels,
 )
-from reflet.files.file_facts import FileFacts
-from reflet.files.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
-from reflet.files.picture_file import READ, WRITTEN, PictureFile, read_picture_file, write_picture_file
-from reflet.files.six_files import PLACEHOLDER, named_files, six_files
-from reflet.files.texture import Texture
+from reflet.files.textures.texture import Texture
 
 _Path = str | os.PathLike[str]
 
@@ -303,7 +303,7 @@ def _write_openexr(path: Path, image: EnvImage, *, half: bool) -> None:
         raise RefletError(
             f"{path} cannot be laid out as OpenEXR does; that is for .exr files of lat-long maps and cubes."
         )
-    from reflet.envmap.resample import radiance_at  # compiled, and needed by nothing else here
+    from reflet.envmap.resampling.resample import radiance_at  # compiled, and needed by nothing else here
 
     layout: Literal["latlong", "cube"] = "cube" if image.parameterization == CUBE else "latlong"
     width, height = (image.size, 6 * image.size) if layout == "cube" else (2 * image.size, image.size)

@@ -6,8 +6,8 @@ import os
 import numpy as np
 from jaxtyping import Float32
 
-from reflet.envmap.parameterizations import parameterization
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image
 

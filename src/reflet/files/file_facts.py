@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from reflet.envmap.parameterization import Parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 
 
 @dataclass(frozen=True)

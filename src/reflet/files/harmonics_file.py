@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.files.atomic import atomic_write
-from reflet.reflectance.irradiance_sh import polynomial_coefficients
+from reflet.reflectance.prefilter.irradiance_sh import polynomial_coefficients
 
 
 def write_harmonics(

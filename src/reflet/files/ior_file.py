@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reflet.errors import RefletError
-from reflet.reflectance.spectral import SpectralIndex
+from reflet.reflectance.brdfs.spectral import SpectralIndex
 
 # One table: its type, then lines "wavelength n [k]" (µm). The files use no other part of YAML that matters here.
 _TABLE = re.compile(r"type: *tabulated (nk|n) *\r?\n *data: *[|>][-+]? *\r?\n((?: +[-+.\deE \t]+(?:\r?\n|$))+)")

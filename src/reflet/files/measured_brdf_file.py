@@ -12,7 +12,7 @@ import numpy as np
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
-from reflet.reflectance.measured_brdf import MeasuredBrdf
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
 
 _ANGLES = ("theta_i", "theta_o", "delta_phi")
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.cube import face_from_direction, texel_directions, texel_solid_angle
 from reflet.envmap.geometry import KINDS, Box, Ellipsoid, Geometry, Hemisphere, InfiniteSphere, Sphere, Vec3
+from reflet.envmap.parameterizations.cube import face_from_direction, texel_directions, texel_solid_angle
 from reflet.errors import RefletError
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe

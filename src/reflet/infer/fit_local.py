@@ -17,7 +17,7 @@ from reflet.infer.infer_layer import common_rows, infer_layer, looking_up
 from reflet.infer.product import multiply
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings
-from reflet.scene.gbuffer import GBuffer
+from reflet.scene.surfaces.gbuffer import GBuffer
 from reflet.trace.layers import SegmentedLayers
 
 _SETTINGS = SolverSettings(regularization=0.02, rounds=(6,))

@@ -11,7 +11,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.infer.records import Solution
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings, solve
-from reflet.scene.gbuffer import GBuffer
+from reflet.scene.surfaces.gbuffer import GBuffer
 from reflet.trace.layers import SegmentedLayers
 
 _HIDDEN = 0.02  # weight of a distant row that its local layer hides altogether

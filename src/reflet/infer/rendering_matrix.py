@@ -16,7 +16,7 @@ from reflet.envmap.geometry import Geometry, pack
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import padded_index_table
 from reflet.infer.records import RenderingMatrix
-from reflet.scene.gbuffer import GBuffer, Lookups
+from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 
 _SMALLEST_WEIGHT = 1e-9  # of a row: taps that add less are dropped
 

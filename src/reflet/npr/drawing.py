@@ -31,7 +31,7 @@ from jaxtyping import Float
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Directions, Parameterization
+from reflet.envmap.parameterizations.parameterization import Directions, Parameterization
 
 Pixel = Float[np.ndarray, "*batch"]
 Color = Float[np.ndarray, "*batch 3"]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reflet.envmap.parameterization import Directions
+from reflet.envmap.parameterizations.parameterization import Directions
 from reflet.npr.drawing import Color, Drawing, Pixel
 
 Rgb = tuple[float, float, float]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reflet.envmap.parameterization import Directions
+from reflet.envmap.parameterizations.parameterization import Directions
 from reflet.errors import RefletError
 from reflet.npr.drawing import Color, Drawing, Pixel, ball_at, printed
 

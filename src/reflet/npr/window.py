@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.parameterization import Directions
+from reflet.envmap.parameterizations.parameterization import Directions
 from reflet.errors import RefletError
 from reflet.npr.drawing import Color, Drawing, Pixel, printed
 from reflet.npr.noise import chance, tremor

@@ -17,7 +17,7 @@ from reflet.files.atomic import atomic_write
 from reflet.pem.arrays import FLOAT, UNSIGNED_INT, BufferWriter, read_array
 from reflet.pem.layout import SCENE_BUFFER
 from reflet.scene.material import Material, Texture, Vec3
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 
 EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"

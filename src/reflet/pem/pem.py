@@ -7,15 +7,15 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.parameterization import Parameterization
-from reflet.scene.camera import Camera
-from reflet.scene.irradiance import IrradianceMap
-from reflet.scene.parameter_space import ParameterSpace
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.scene.scene import Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.parameter_space import ParameterSpace
 
 
 @dataclass(frozen=True)

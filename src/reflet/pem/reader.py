@@ -10,17 +10,17 @@ import numpy as np
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, Geometry
-from reflet.envmap.parameterizations import parameterization
+from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.errors import RefletError
-from reflet.files.ktx2 import read_ktx2
+from reflet.files.textures.ktx2 import read_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import read_array
 from reflet.pem.gltf_scene import read_parts
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.material import EnvironmentLight
-from reflet.scene.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.scene import ReflectiveObject, Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
 
 def open_pem(folder: str | Path) -> ParameterizedEnvironmentMap:

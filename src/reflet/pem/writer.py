@@ -13,14 +13,14 @@ from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path, atomic_write
-from reflet.files.ktx2 import write_ktx2
+from reflet.files.textures.ktx2 import write_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.scene.irradiance import IrradianceMap
-from reflet.scene.parameter_space import ParameterSpace
 from reflet.scene.scene import Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.parameter_space import ParameterSpace
 
 
 class PemWriter:

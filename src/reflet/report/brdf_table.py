@@ -4,8 +4,8 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from reflet.reflectance.brdf_facts import BrdfFacts
-from reflet.reflectance.measured_brdf import MeasuredBrdf
+from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
+from reflet.reflectance.lobes.brdf_facts import BrdfFacts
 from reflet.report.table import table_text
 
 

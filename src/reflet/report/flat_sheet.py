@@ -3,9 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
-from reflet.files.cube_layouts import picture_from_faces
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.files.pictures.cube_layouts import picture_from_faces
 
 
 def flat_sheet(

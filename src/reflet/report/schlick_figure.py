@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from reflet.files.atomic import atomic_path
-from reflet.reflectance.fresnel_error import SchlickError
+from reflet.reflectance.brdfs.fresnel_error import SchlickError
 
 INK, SOFT_INK, PAPER = "#1d1d1f", "#6e6e73", "#ffffff"
 COLOURS = colormaps["tab10"].colors  # type: ignore[attr-defined]

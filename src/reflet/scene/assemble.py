@@ -8,12 +8,12 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from reflet.errors import RefletError, RefletWarning
-from reflet.scene.corners import face_normals
 from reflet.scene.material import EnvironmentLight
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.corners import face_normals
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.touching import touch
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surface_mean import surface_mean
-from reflet.scene.touching import touch
 
 MIRROR_ROUGHNESS = 0.3
 """Metals up to this perceptual roughness reflect by default."""

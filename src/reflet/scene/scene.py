@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from reflet.scene.material import EnvironmentLight, Material
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 
 
 @dataclass(frozen=True)

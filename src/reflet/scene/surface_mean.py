@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Integer
 
-from reflet.scene.mesh import Mesh
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
 
 _POINTS = 16384

@@ -1,7 +1,7 @@
 #import map_lookup
 #import ggx_lod
 
-// Bind group 1 of programs that look up a plain env map, at infinity. The host's side is `reflet.render.env_map_texture`.
+// Bind group 1 of programs that look up a plain env map, at infinity. The host's side is `reflet.render.maps.env_map_texture`.
 //
 //   binding  resource                     stages     contents
 //   0        uniform EnvMap, 64 bytes     fragment
@@ -28,7 +28,7 @@ override LEVELS_A_SIZE: u32 = 1u;
 @group(1) @binding(2) var cube: texture_cube<f32>;
 @group(1) @binding(3) var cube_sampler: sampler;
 
-// perceptual_roughness of a lobe widened by a pixel's footprint (twin of reflet.reflectance.material_maps).
+// perceptual_roughness of a lobe widened by a pixel's footprint (twin of reflet.reflectance.materials.material_maps).
 fn roughness_over(perceptual_roughness: f32, d: vec3f, dx: vec3f, dy: vec3f) -> f32 {
   let n = normalize(d);
   let right = normalize(dx) - n;

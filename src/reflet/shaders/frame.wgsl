@@ -1,4 +1,4 @@
-// Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.layouts`.
+// Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                         stages             contents
 //   0        uniform Frame, 1024 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches

@@ -1,4 +1,4 @@
-// Fresnel reflectance of unpolarized light. Twin: reflet.reflectance.fresnel. Cosines are clamped to [0, 1].
+// Fresnel reflectance of unpolarized light. Twin: reflet.reflectance.brdfs.fresnel. Cosines are clamped to [0, 1].
 
 // [Schlick94]
 fn fresnel_schlick(f0: vec3f, n_dot_v: f32) -> vec3f {

@@ -1,6 +1,6 @@
 #import frame
 
-// Mesh colours [Yuksel10]: irradiance/pi on a triangle's own grid (reflet.scene.irradiance).
+// Mesh colours [Yuksel10]: irradiance/pi on a triangle's own grid (reflet.scene.surfaces.irradiance).
 
 // Sample (i, j) of a grid (resolution, first sample).
 fn radiosity_sample(grid: vec2u, i: u32, j: u32) -> vec3f {

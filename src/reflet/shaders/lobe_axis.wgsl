@@ -1,4 +1,4 @@
-// The axis of a lobe (twin of reflet.reflectance.brdf_map, `lobe_axis`).
+// The axis of a lobe (twin of reflet.reflectance.prefilter.brdf_map, `lobe_axis`).
 
 // Unit direction in the plane of incidence at the angle side·θ + apart from the normal n, θ between n and v, positive on
 // the mirrored side. By the sum's sines and cosines, as devices' acos is none too good.

@@ -2,7 +2,7 @@
 #import material
 #import lobe_axis
 
-// What a surface reflects whose BRDF is given as lobes (twin of reflet.reflectance.brdf_map, `reflected_radiance`). The env map
+// What a surface reflects whose BRDF is given as lobes (twin of reflet.reflectance.prefilter.brdf_map, `reflected_radiance`). The env map
 // holds, for each lobe, a slice for each of some view angles of evenly spaced cosines up to 1, all one after the other as
 // array layers; `table` has a column for each of these angles. Row 0: the diffuse albedo, and the angle's cosine. Row
 // 1 + l, of lobe l: how far its axis leans from the mirrored direction (side 1) or the viewer's (side -1) away from the

@@ -1,6 +1,6 @@
 #import view
 
-// The direction by which a surface looks up a map that is shown as it is (reflet.reflectance.map_material).
+// The direction by which a surface looks up a map that is shown as it is (reflet.reflectance.materials.map_material).
 
 const LOOKUP_REFLECTION = 0u;
 const LOOKUP_NORMAL = 1u;

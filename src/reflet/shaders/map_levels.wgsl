@@ -1,5 +1,5 @@
 // Program: the next mip level of an env map of any parameterization, each texel the mean of the four that it covers, by
-// their weights (twin of reflet.envmap.mip_reduction, `mean_weights`). One thread a texel, z = face.
+// their weights (twin of reflet.envmap.resampling.mip_reduction, `mean_weights`). One thread a texel, z = face.
 //
 //   bind group 0   0 texture_2d_array<f32>: the level above alone   1 storage texture: this level
 //                  2 texture_2d_array<f32>: the weights of the texels above

@@ -2,7 +2,7 @@
 #import bilinear
 #import env_map
 
-// Bind group 2 of `material_picture`: what a surface makes of the radiance that reaches it. Twin: reflet.reflectance.material;
+// Bind group 2 of `material_picture`: what a surface makes of the radiance that reaches it. Twin: reflet.reflectance.materials.material;
 // the host's side is `reflet.render.device_material`.
 //
 //   binding  resource                     stages     contents
@@ -51,7 +51,7 @@ fn ggx_at(n_dot_v: f32) -> vec4f {
 }
 
 // Of a surface of unit normal n that mirrors the viewer into the unit direction r. GGX's lobe leans towards the normal and is
-// wider than the one its map is filtered with (reflet.reflectance.ggx_lobe).
+// wider than the one its map is filtered with (reflet.reflectance.brdfs.ggx_lobe).
 fn lobe(r: vec3f, n: vec3f, ggx: vec4f) -> Lobe {
   if (material.kind != MATERIAL_GGX) {
     return Lobe(r, 1.0);

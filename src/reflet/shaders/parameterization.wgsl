@@ -1,4 +1,4 @@
-// Parameterizations: how directions become texture coordinates (twin of reflet.envmap.parameterization and its files, which
+// Parameterizations: how directions become texture coordinates (twin of reflet.envmap.parameterizations.parameterization and its files, which
 // say what and why; CONVENTIONS.md, "Maps"). Give `kind` as a constant or an override: the rest of the switch then costs nothing.
 
 // Where a map holds a direction: uv in [0, 1]² of a face, origin top left.

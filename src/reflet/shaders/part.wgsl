@@ -1,7 +1,7 @@
 #import geometry
 #import parameterization
 
-// Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.layouts`.
+// Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
 //   0        uniform Part, 176 bytes                 fragment   geometries of its maps, material

@@ -2,7 +2,7 @@
 #import whole_face
 
 // Programs: a dual paraboloid filtered with a radially symmetric lobe by shift-invariant filters, every frame
-// [Heidrich00, sec. 3.2.5] (reflet.reflectance.plane_filter). Draw three vertices into a face, instance = face. Textures
+// [Heidrich00, sec. 3.2.5] (reflet.reflectance.prefilter.plane_filter). Draw three vertices into a face, instance = face. Textures
 // between the passes hold flux: radiance times the solid angle of a texel, and that in alpha, so that plain means and sums
 // are weighted ones. A face has SIZE rows, and in these textures a border BORDER texels wide that shows the other face.
 //

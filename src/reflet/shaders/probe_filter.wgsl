@@ -2,7 +2,7 @@
 #import whole_face
 
 // Programs: a cube filtered with radially symmetric lobes, every frame, by few taps a texel from a smooth pyramid
-// (reflet.reflectance.lobe_taps, which says what the taps are). The pyramid is a cube whose texels stand at equal angles on
+// (reflet.reflectance.lobes.lobe_taps, which says what the taps are). The pyramid is a cube whose texels stand at equal angles on
 // each face: nearly of one size, so that one lobe serves everywhere. It holds radiance, and in alpha the solid angle that
 // it stands for: the product is flux, of which none is lost or made on the way to coarser levels. Draw three vertices into
 // a face, instance = face. What is filtered may be maps of any parameterization, one after the other: a map for each lobe.

@@ -1,5 +1,5 @@
 // Bind group 0 of programs that draw meshes from any point, onto a plane or a map's face. The host's side of this layout
-// is `reflet.render.views`.
+// is `reflet.render.meshes.views`.
 //
 //   binding  resource                     stages             contents
 //   0        uniform View, 176 bytes      vertex, fragment   where from, and onto what

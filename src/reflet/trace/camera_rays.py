@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Int32
 
-from reflet.scene.camera import Camera
+from reflet.scene.views.camera import Camera
 from reflet.trace.sampling import LANES, shifted_hammersley
 
 

@@ -9,8 +9,8 @@ from functools import cached_property
 import mitsuba as mi
 import numpy as np
 
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.scene import Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
 
 NO_TEXTURE = 0xFFFFFFFF
 DOUBLE_SIDED = 1  # flags of a part; its object's index + 1 follows in the bits above

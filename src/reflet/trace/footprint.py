@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt
 from numba import njit
 
-from reflet.scene.camera import Camera
+from reflet.scene.views.camera import Camera
 
 
 def covered_pixels(

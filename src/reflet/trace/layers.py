@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float32, Int32
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.scene.camera import Camera
-from reflet.scene.visibility import Visibility
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.scene.views.camera import Camera
 
 
 @dataclass(frozen=True)

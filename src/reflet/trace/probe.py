@@ -4,11 +4,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from reflet.envmap.cube import AXES, texel_directions, texel_solid_angle
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import AXES, texel_directions, texel_solid_angle
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import StaticProbe
-from reflet.trace.radiance import arrive, leave, radiance
+from reflet.trace.light.radiance import arrive, leave, radiance
 from reflet.trace.sampling import LANES, block_means, shifted_hammersley
 
 

@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Float32, Int32
 from numba import njit, prange
 
-from reflet.scene.camera import Camera
+from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import SegmentedLayers
-from reflet.trace.radiance import arrive, leave, radiance
+from reflet.trace.light.radiance import arrive, leave, radiance
 from reflet.trace.sampling import block_means
 from reflet.trace.surface import environment_radiance
 from reflet.trace.visible import candidates

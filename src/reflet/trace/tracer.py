@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from reflet.scene.camera import Camera
-from reflet.scene.irradiance import IrradianceMap
 from reflet.scene.scene import Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.views.camera import Camera
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.irradiance import trace_irradiance
 from reflet.trace.layers import StaticProbe, TracedView
+from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.probe import static_probe
 from reflet.trace.segmentation import segmented_layers
 from reflet.trace.variant import use_variant

@@ -5,13 +5,13 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Bool, Int32
 
-from reflet.scene.camera import Camera
-from reflet.scene.sample_pattern import sample_positions
-from reflet.scene.visibility import Visibility
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.footprint import covered_pixels
-from reflet.trace.radiance import arrive
+from reflet.trace.light.radiance import arrive
 from reflet.trace.sampling import LANES
 
 NOTHING = 0xFFFFFFFF

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
-from reflet.envmap.mip_reduction import mip_images
+from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.errors import RefletError
-from reflet.files.env_texture import texture_from_maps
-from reflet.files.ktx2_container import write_texture
+from reflet.files.textures.env_texture import texture_from_maps
+from reflet.files.textures.ktx2_container import write_texture
 from reflet.pem.arrays import BufferWriter
-from reflet.reflectance.brdf_map import BrdfMap3d
-from reflet.reflectance.brdf_taps import brdf_taps
-from reflet.reflectance.lobe_taps import LobeTaps
-from reflet.render.brdf_map_texture import lobe_table
+from reflet.reflectance.lobes.brdf_taps import brdf_taps
+from reflet.reflectance.lobes.lobe_taps import LobeTaps
+from reflet.reflectance.prefilter.brdf_map import BrdfMap3d
+from reflet.render.maps.brdf_map_texture import lobe_table
 
 _MOST_LAYERS = 256  # of a texture, in every browser
 
@@ -24,7 +24,7 @@ def write_brdf_map(folder: Path, uri: str, maps: BrdfMap3d, buffer: BufferWriter
     other light with, into ``buffer``. The description of all.
 
     The file is a 2D array in half float with all mip levels, its layers those of
-    `reflet.render.brdf_map_texture.upload_brdf_map`: 11 bytes a texel. The diffuse map is not written. Raises
+    `reflet.render.maps.brdf_map_texture.upload_brdf_map`: 11 bytes a texel. The diffuse map is not written. Raises
     RefletError for more layers than browsers take.
     """
     images = [image for slices in maps.slices for image in slices] or [maps.diffuse]

@@ -13,21 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from reflet.envmap.cube import CUBE
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.mip_chain import MipChain
-from reflet.envmap.mip_reduction import mip_images
-from reflet.envmap.resample import resample
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
-from reflet.files.ktx2 import write_ktx2
+from reflet.files.textures.ktx2 import write_ktx2
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.layout import SCENE, slug
-from reflet.reflectance.brdf_map import BrdfMap3d
-from reflet.reflectance.lobe_taps import lobe_taps
-from reflet.reflectance.map_material import Lookup
-from reflet.reflectance.material import (
+from reflet.reflectance.lobes.lobe_taps import lobe_taps
+from reflet.reflectance.materials.map_material import Lookup
+from reflet.reflectance.materials.material import (
     Coated,
     Conductor,
     Dielectric,
@@ -38,13 +37,14 @@ from reflet.reflectance.material import (
     SurfaceMaterial,
     dfg_table,
 )
-from reflet.reflectance.material_maps import EnvironmentMaps
-from reflet.reflectance.metals import METALS
-from reflet.render.probe_filter import ggx_kernels
+from reflet.reflectance.materials.material_maps import EnvironmentMaps
+from reflet.reflectance.materials.metals import METALS
+from reflet.reflectance.prefilter.brdf_map import BrdfMap3d
+from reflet.render.filters.probe_filter import ggx_kernels
 from reflet.scene.material import Material
-from reflet.scene.mesh import Mesh
-from reflet.scene.parameter_space import Orbit
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.views.parameter_space import Orbit
 from reflet.view.brdf_map_files import listed_taps, write_brdf_map
 from reflet.view.static_files import SHADED_EXTENSION
 

@@ -1,4 +1,4 @@
-// The maps of a measured BRDF's lobes, as often as the light changes: twin of reflet.render.brdf_map_filter.
+// The maps of a measured BRDF's lobes, as often as the light changes: twin of reflet.render.filters.brdf_map_filter.
 
 import type { BrdfMap } from "../shaded-scene";
 import { createEnvMap, type EnvMapTexture } from "./env-map";

@@ -1,4 +1,4 @@
-// Plain env maps on the device: twin of reflet.render.env_map_texture.
+// Plain env maps on the device: twin of reflet.render.maps.env_map_texture.
 
 import { PARAMETERIZATIONS, type ParameterizationName } from "../parameterization";
 import type { Vec3 } from "../vectors";

@@ -1,5 +1,5 @@
-// An environment with a lamp in it, and its diffuse light, as often as the lamp changes: twin of reflet.render.lamp, and
-// of what reflet.render.live_environment makes of it.
+// An environment with a lamp in it, and its diffuse light, as often as the lamp changes: twin of reflet.render.filters.lamp, and
+// of what reflet.render.filters.live_environment makes of it.
 
 import type { Lamp } from "../lamp";
 import { createEnvMap, type EnvMapTexture, levelView } from "./env-map";

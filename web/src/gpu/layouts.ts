@@ -1,4 +1,4 @@
-// The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.layouts.
+// The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.playback.layouts.
 
 import { type Camera, clipFromWorld, pixelFromView, rayBasis } from "../camera";
 import { type Geometry, pack } from "../geometry";
@@ -26,7 +26,7 @@ const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const [BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE] = [8, 16, 32, 64];
 const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, METAL] = [128, 256, 512, 1024];
 
-// reflet.scene.sample_pattern, in 1/32 of a pixel.
+// reflet.scene.views.sample_pattern, in 1/32 of a pixel.
 export const PATTERN = [
   [12, 4], [28, 12], [4, 20], [20, 28], [1, 3], [3, 9], [7, 31], [15, 15],
   [11, 23], [13, 29], [23, 7], [21, 13], [19, 19], [27, 1], [25, 17], [29, 27],

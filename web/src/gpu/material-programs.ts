@@ -1,4 +1,4 @@
-// Pipelines that draw a mesh before an env map, and that map behind it: twin of reflet.render.material_programs.
+// Pipelines that draw a mesh before an env map, and that map behind it: twin of reflet.render.materials.material_programs.
 
 import { PARAMETERIZATIONS, type ParameterizationName } from "../parameterization";
 import { link } from "../shaders";

@@ -1,4 +1,4 @@
-// Draws a mesh of any material in one environment: twin of reflet.render.material_renderer, with maps filtered here.
+// Draws a mesh of any material in one environment: twin of reflet.render.materials.material_renderer, with maps filtered here.
 
 import type { Camera } from "../camera";
 import type { Part } from "../gltf";

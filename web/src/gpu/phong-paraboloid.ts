@@ -1,4 +1,4 @@
-// Prefiltering by Phong's lobe as often as its exponent changes: twin of reflet.render.phong_paraboloid.
+// Prefiltering by Phong's lobe as often as its exponent changes: twin of reflet.render.filters.phong_paraboloid.
 
 import { PARAMETERIZATIONS } from "../parameterization";
 import { type PlaneFilter, phongPlaneFilters } from "../plane-filter";

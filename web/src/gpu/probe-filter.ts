@@ -1,4 +1,4 @@
-// Prefiltering a cube by lobes, a mip level for each: twin of reflet.render.probe_filter.
+// Prefiltering a cube by lobes, a mip level for each: twin of reflet.render.filters.probe_filter.
 
 import { createEnvMap, type EnvMapTexture } from "./env-map";
 import { type LobeTaps, lobesBuffer, ProbePyramid } from "./probe-pyramid";

@@ -1,4 +1,4 @@
-// The smooth pyramid that maps are prefiltered from, as often as the light changes: twin of reflet.render.probe_pyramid.
+// The smooth pyramid that maps are prefiltered from, as often as the light changes: twin of reflet.render.filters.probe_pyramid.
 
 import { PARAMETERIZATIONS } from "../parameterization";
 import { createEnvMap, type EnvMapTexture, levelView } from "./env-map";

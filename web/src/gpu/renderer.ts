@@ -1,4 +1,4 @@
-// Draws a PEM: twin of reflet.render.renderer, with the flat view of its maps added.
+// Draws a PEM: twin of reflet.render.playback.renderer, with the flat view of its maps added.
 
 import type { Camera } from "../camera";
 import { PARAMETERIZATIONS } from "../parameterization";

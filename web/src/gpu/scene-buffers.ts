@@ -1,4 +1,4 @@
-// The scene on the device, and the bind groups of its draw calls: twin of reflet.render.scene_buffers.
+// The scene on the device, and the bind groups of its draw calls: twin of reflet.render.playback.scene_buffers.
 
 import type { Geometry } from "../geometry";
 import type { Part, PictureTexture } from "../gltf";

@@ -1,4 +1,4 @@
-// Textures on the device: twin of reflet.render.textures.
+// Textures on the device: twin of reflet.render.device.textures.
 
 import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../parameterization";
 import { link } from "../shaders";

@@ -1,4 +1,4 @@
-// Where pictures are drawn from: twin of reflet.render.views.
+// Where pictures are drawn from: twin of reflet.render.meshes.views.
 
 import { type Camera, clipFromWorld, NEAR_SHARE, rayBasis } from "../camera";
 import { add, length, scale, subtract } from "../vectors";

@@ -1,0 +1,250 @@
+"""OpenEXR pictures, through the OpenEXR library."""
+
+import io
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import OpenEXR
+from jaxtyping import Float, Float32
+
+from reflet.errors import RefletError
+from reflet.files.atomic import atomic_path
+from reflet.files.pictures.primaries import REC709, are_usable, rec709_from_rgb, to_rec709, xyz_from_rgb
+
+LARGEST_PICTURE = 2**29  # pixels: 32768×16384
+
+Layout = Literal["latlong", "cube"]
+
+_CHANNELS = {1: "Y", 3: "RGB", 4: "RGBA"}
+_SPARSEST = 16  # a display window of more than this many data windows is a mistake
+_LARGEST_TILE = 2**20  # pixels, unless the picture is large itself
+_LARGEST_HALF = 65504.0
+
+
+def write_exr(
+    path: str | os.PathLike[str],
+    image: Float32[np.ndarray, "height width channels"],
+    layout: Layout | None = None,
+    half: bool = False,
+    notes: Mapping[str, str] | None = None,
+) -> None:
+    """Writes a picture of 1 (Y), 3 (RGB) or 4 (RGBA) channels, losslessly compressed, atomically.
+
+    Samples are 32-bit floats, or 16-bit ones if ``half``. With a ``layout`` the file's ``envmap`` attribute says so;
+    the picture has to be laid out as `openexr_layout` says. ``notes`` become string attributes. Raises RefletError if
+    the file cannot be written, or if half floats cannot hold the radiance.
+    """
+    name = _CHANNELS[image.shape[2]]
+    if half and np.abs(image[np.isfinite(image)]).max(initial=0.0) > _LARGEST_HALF:
+        raise RefletError(f"{path} cannot be written in half floats, which end at 65504; write 32-bit floats.")
+    pixels = np.ascontiguousarray(image if name != "Y" else image[..., 0], dtype=np.float16 if half else np.float32)
+    header: dict[str, Any] = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(notes or {})}
+    if layout is not None:
+        header["envmap"] = OpenEXR.ENVMAP_LATLONG if layout == "latlong" else OpenEXR.ENVMAP_CUBE
+    with atomic_path(path) as temporary, OpenEXR.File(header, {name: pixels}) as file:
+        try:
+            file.write(str(temporary))
+        except RuntimeError as error:  # the library hides errno; a full disk is what remains after mkstemp succeeded
+            raise RefletError(f"{path} cannot be written ({error}); is the disk full?") from error
+
+
+@dataclass(frozen=True)
+class _Window:
+    """A rectangle of pixels, from its top left corner; may lie anywhere."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    @staticmethod
+    def of(corners: tuple[np.ndarray, np.ndarray]) -> "_Window":
+        (x0, y0), (x1, y1) = ([int(c) for c in corner] for corner in corners)
+        return _Window(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
+
+
+def read_exr_layout(
+    path: str | os.PathLike[str], part: str | None = None
+) -> tuple[Float32[np.ndarray, "height width channels"], Layout | None]:
+    """A part's pixels as 1 (Y), 3 (RGB) or 4 (RGBA) channels of linear Rec. 709, and its ``envmap`` attribute.
+
+    The part is the one of that name, else the first that holds R, G and B, or Y. Half and float samples, scan lines and
+    tiles (of mip-mapped ones the finest level), luminance with chroma at half the resolution, and the library's
+    compressions are read. ``chromaticities`` other than Rec. 709's are converted, white staying white.
+
+    A part with an ``envmap`` attribute is its data window, for that is what OpenEXR's layouts refer to. Any other is
+    its display window, the frame that the picture was made for: pixels beyond it (overscan) are left out, pixels that
+    are not stored (a cropped black border) are 0.
+
+    Memory: all of the file's parts and channels, for the library reads no less, and the picture. Raises RefletError for
+    files that are missing, damaged, larger than `LARGEST_PICTURE`, or hold other channels, integers or deep samples.
+    """
+    if not os.path.isfile(path):
+        raise RefletError(f"{path} does not exist; check the name.")
+    try:
+        with quiet() as said:
+            with OpenEXR.File(os.fspath(path), header_only=True) as file:
+                for each in file.parts:
+                    _check_part(path, each.header)
+            with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
+                if not file.parts:
+                    raise RuntimeError(said.getvalue().strip().rpartition(" - ")[2] or "it holds no pixels")
+                return _picture(path, _chosen(path, file.parts, part))
+    except (RuntimeError, ValueError, TypeError, MemoryError, IndexError, OverflowError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise RefletError(f"{path} is not a readable OpenEXR picture ({reason}); it may be truncated.") from error
+
+
+def read_exr(path: str | os.PathLike[str], part: str | None = None) -> Float32[np.ndarray, "height width channels"]:
+    """The pixels of `read_exr_layout`."""
+    return read_exr_layout(path, part)[0]
+
+
+@contextmanager
+def quiet() -> Iterator[io.StringIO]:
+    """Keeps what the library prints about damaged files, beside raising, from the process's output.
+
+    It writes to standard error by itself, and to Python's standard output where it skips a part; the latter is handed
+    on.
+    """
+    saved, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        with redirect_stdout(io.StringIO()) as said:
+            yield said
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
+
+
+def _check_part(path: str | os.PathLike[str], header: dict[str, Any]) -> None:
+    """Refuses what must not be read at all: every part of a file is read, whichever is wanted."""
+    if header.get("type") in (OpenEXR.deepscanline, OpenEXR.deeptile):
+        raise RefletError(f"{path} holds deep samples, many a pixel; flatten it.")
+    window = _Window.of(header["dataWindow"])
+    if window.width * window.height > LARGEST_PICTURE:
+        raise RefletError(f"{path} is {window.width}×{window.height} pixels, more than can be read; scale it down.")
+    tiles = header.get("tiles")
+    if tiles is not None and tiles.xSize * tiles.ySize > max(_LARGEST_TILE, 4 * window.width * window.height):
+        raise RefletError(f"{path} has tiles of {tiles.xSize}×{tiles.ySize} pixels; store it in smaller ones.")
+
+
+def _chosen(path: str | os.PathLike[str], parts: list[Any], name: str | None) -> Any:
+    """The part of this name, or the first with a picture in it. Raises RefletError where there is none."""
+    names = [_name(part) for part in parts]
+    if name is not None:
+        if name not in names:
+            raise RefletError(f"{path} has no part {name}; it has {', '.join(names)}.")
+        parts = [parts[names.index(name)]]
+    for part in parts:
+        if {"R", "G", "B"} <= set(part.channels) or "Y" in part.channels:
+            return part
+    held = ", ".join(channel for part in parts for channel in sorted(part.channels))
+    raise RefletError(
+        f"{path} holds the channels {held[:200]}; expected R, G, B or Y: write the wanted layer under these names."
+    )
+
+
+def _name(part: Any) -> str:
+    return str(part.header.get("name", ""))
+
+
+def _picture(
+    path: str | os.PathLike[str], part: Any
+) -> tuple[Float32[np.ndarray, "height width channels"], Layout | None]:
+    """See `read_exr_layout`. Copies everything: a part dies with its file."""
+    header, channels = part.header, part.channels
+    names = [name for name in ("R", "G", "B", "A") if name in channels]
+    if not {"R", "G", "B"} <= set(names):
+        names = ["Y"]
+        if {"RY", "BY"} <= set(channels):
+            names += ["RY", "BY", "A"] if "A" in channels else ["RY", "BY"]
+    data = _Window.of(header["dataWindow"])
+    pixels = np.empty((data.height, data.width, len(names)), np.float32)
+    for k, name in enumerate(names):
+        pixels[..., k] = _samples(path, channels[name], name, data)
+    primaries = _primaries(header)
+    if "RY" in names:
+        pixels = _from_luminance_chroma(pixels, primaries)
+    if pixels.shape[2] >= 3 and np.abs(primaries - REC709).max() > 5e-4:
+        pixels[..., :3] = to_rec709(pixels[..., :3], rec709_from_rgb(primaries))
+    layout: Layout | None = None
+    if "envmap" in header:
+        layout = "latlong" if header["envmap"] == OpenEXR.ENVMAP_LATLONG else "cube"
+        return pixels, layout
+    return _framed(path, pixels, data, _Window.of(header["displayWindow"])), layout
+
+
+def _samples(path: str | os.PathLike[str], channel: Any, name: str, data: _Window) -> Float[np.ndarray, "height width"]:
+    """One channel at full resolution. Raises RefletError for integers, and for colours stored at less."""
+    stored = channel.pixels
+    if stored.dtype.kind != "f":
+        raise RefletError(f"{path} stores {name} in integers; expected half or float samples.")
+    if channel.xSampling == channel.ySampling == 1:
+        return stored
+    if name not in ("RY", "BY"):
+        raise RefletError(f"{path} stores {name} at a fraction of the resolution; expected all of it.")
+    # the library leaves the fewer samples densely packed at the beginning of an array of the full size
+    height, width = data.height // channel.ySampling, data.width // channel.xSampling
+    dense = stored.reshape(-1)[: height * width].reshape(height, width).astype(np.float32)
+    return _spread(_spread(dense, 0, channel.ySampling), 1, channel.xSampling)
+
+
+def _spread(
+    samples: Float32[np.ndarray, "rows columns"], axis: int, step: int
+) -> Float32[np.ndarray, "rows_ columns_"]:
+    """Linear interpolation between samples that stand ``step`` pixels apart, the first on pixel 0; the last is kept."""
+    count = samples.shape[axis]
+    position = np.arange(count * step)
+    before = position // step
+    fraction = ((position % step) / step).astype(np.float32)
+    fraction = fraction[:, None] if axis == 0 else fraction
+    low, high = np.take(samples, before, axis), np.take(samples, np.minimum(before + 1, count - 1), axis)
+    return low + (high - low) * fraction
+
+
+def _primaries(header: dict[str, Any]) -> Float[np.ndarray, "4 2"]:
+    """Chromaticities of red, green, blue and white; Rec. 709's where the file says nothing usable."""
+    given = np.array(header.get("chromaticities", REC709), dtype=np.float64)
+    return given.reshape(4, 2) if given.size == 8 and are_usable(given.reshape(4, 2)) else REC709
+
+
+def _from_luminance_chroma(
+    pixels: Float32[np.ndarray, "height width channels"], primaries: Float[np.ndarray, "4 2"]
+) -> Float32[np.ndarray, "height width colors"]:
+    """RGB from Y, RY = (R - Y)/Y and BY = (B - Y)/Y, and alpha if there; Y is the luminance by these primaries."""
+    weight_r, weight_g, weight_b = xyz_from_rgb(primaries)[1]
+    y = pixels[..., 0]
+    red, blue = (pixels[..., 1] + 1.0) * y, (pixels[..., 2] + 1.0) * y
+    green = (y - np.float32(weight_r) * red - np.float32(weight_b) * blue) / np.float32(weight_g)
+    return np.concatenate([np.stack([red, green, blue], -1), pixels[..., 3:]], -1)
+
+
+def _framed(
+    path: str | os.PathLike[str], pixels: Float32[np.ndarray, "height width channels"], data: _Window, display: _Window
+) -> Float32[np.ndarray, "rows columns channels"]:
+    """The display window's pixels; 0 where the data window has none."""
+    if data == display:
+        return pixels
+    if min(display.width, display.height) < 1 or (
+        display.width * display.height > _SPARSEST * data.width * data.height
+    ):
+        raise RefletError(
+            f"{path} stores {data.width}×{data.height} pixels of a picture of {display.width}×{display.height}; "
+            "correct its display window."
+        )
+    out = np.zeros((display.height, display.width, pixels.shape[2]), np.float32)
+    left, top = max(data.x, display.x), max(data.y, display.y)
+    right = min(data.x + data.width, display.x + display.width)
+    bottom = min(data.y + data.height, display.y + display.height)
+    if right <= left or bottom <= top:
+        raise RefletError(f"{path} stores no pixel of its display window; correct its windows.")
+    out[top - display.y : bottom - display.y, left - display.x : right - display.x] = pixels[
+        top - data.y : bottom - data.y, left - data.x : right - data.x
+    ]
+    return out

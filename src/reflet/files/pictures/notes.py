@@ -1,0 +1,36 @@
+"""What picture files say of themselves beside their pixels: strings by name."""
+
+import os
+from pathlib import Path
+
+import OpenEXR
+from PIL import Image
+
+from reflet.files.pictures.exr import quiet
+
+_HEADER_LIMIT = 1 << 16  # bytes of a .hdr file's header
+
+
+def read_notes(path: str | os.PathLike[str]) -> dict[str, str]:
+    """String attributes of .exr, text of .png, variables of .hdr with their names in lower case; else nothing.
+
+    A file that cannot be understood says nothing: whoever reads its pixels says why.
+    """
+    suffix = Path(path).suffix.lower()
+    try:
+        if suffix == ".exr":
+            with quiet(), OpenEXR.File(os.fspath(path), header_only=True) as file:
+                header = file.parts[0].header
+                return {key: str(value) for key, value in header.items() if isinstance(value, str)}
+        if suffix == ".png":
+            with Image.open(path) as image:
+                return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
+        if suffix == ".hdr":
+            with open(path, "rb") as picture:
+                header_text = picture.read(_HEADER_LIMIT).replace(b"\r\n", b"\n").partition(b"\n\n")[0]
+            lines = header_text.decode("latin-1").splitlines()[1:]
+            pairs = (line.partition("=") for line in lines if "=" in line and not line.startswith("#"))
+            return {key.strip().lower(): value.strip() for key, _, value in pairs}
+    except (OSError, RuntimeError, ValueError, TypeError, SyntaxError, IndexError, Image.DecompressionBombError):
+        return {}
+    return {}

@@ -1,0 +1,78 @@
+"""Pictures of any format, with what they say of themselves."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from reflet.errors import RefletError
+from reflet.files.pictures.exr import read_exr_layout, write_exr
+from reflet.files.pictures.hdr import read_hdr, write_hdr
+from reflet.files.pictures.notes import read_notes
+from reflet.files.pictures.png import read_linear_picture, write_png
+
+READ = {".hdr": "Radiance", ".exr": "OpenEXR", ".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WebP"}
+"""Formats by suffix."""
+
+WRITTEN = (".hdr", ".exr", ".png")
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """A decoded picture, what it says of itself, and OpenEXR's own layout where it has that."""
+
+    pixels: Float32[np.ndarray, "height width channels"]
+    notes: dict[str, str]
+    openexr_layout: Literal["latlong", "cube"] | None = None
+
+
+def read_picture_file(path: str | os.PathLike[str]) -> PictureFile:
+    """Linear radiance of a file of one of the formats in `READ`. Raises RefletError where it cannot be read."""
+    suffix = Path(path).suffix.lower()
+    layout: Literal["latlong", "cube"] | None = None
+    if suffix == ".hdr":
+        pixels = read_hdr(path)
+    elif suffix == ".exr":
+        pixels, layout = read_exr_layout(path)
+    else:
+        pixels = read_linear_picture(path)
+        if pixels.shape[2] == 4:  # alpha is kept premultiplied
+            pixels[..., :3] *= pixels[..., 3:]
+    return PictureFile(pixels, read_notes(path), layout)
+
+
+def write_picture_file(
+    path: Path,
+    pixels: Float32[np.ndarray, "height width channels"],
+    notes: Mapping[str, str],
+    *,
+    openexr_layout: Literal["latlong", "cube"] | None = None,
+    half: bool = False,
+) -> None:
+    """Writes a picture as its suffix says; PNG clips radiance to [0, 1] and encodes it as sRGB.
+
+    Raises RefletError where the format cannot hold it or the file cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".exr":
+        write_exr(path, pixels, openexr_layout, half, notes)
+    elif suffix == ".hdr":
+        if pixels.shape[2] != 3:
+            raise RefletError(f"{path} cannot be written: .hdr holds no alpha; write .exr instead.")
+        write_hdr(path, pixels, notes)
+    else:
+        write_png(path, as_srgb(pixels), notes)
+
+
+def as_srgb(pixels: Float32[np.ndarray, "height width channels"]) -> UInt8[np.ndarray, "height width channels"]:
+    """Linear colours, premultiplied where there is alpha, clipped to [0, 1] and encoded as PNG files have them."""
+    color, alpha = pixels[..., :3], pixels[..., 3:]
+    if alpha.shape[-1]:
+        color = color / np.where(alpha > 0.0, alpha, 1.0)
+    color = np.clip(color, 0.0, 1.0)
+    encoded = np.where(color <= 0.0031308, 12.92 * color, 1.055 * color ** (1.0 / 2.4) - 0.055)
+    return np.rint(255.0 * np.concatenate([encoded, np.clip(alpha, 0.0, 1.0)], -1)).astype(np.uint8)

@@ -1,0 +1,109 @@
+"""Env images as the pictures of a texture and back: which parameterization a texture holds, and which texels."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.errors import RefletError
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.texture import Texture
+
+KEY = "RefletParameterization"
+
+_FORMATS = {
+    "half": {3: "rgba16f", 4: "rgba16f"},  # graphics systems have no rgb16f
+    "float": {3: "rgba32f", 4: "rgba32f"},
+    "rgb9e5": {3: "rgb9e5"},
+    "r11g11b10f": {3: "r11g11b10f"},
+}
+TEXEL_FORMAT_CHOICES = tuple(_FORMATS)
+"""What textures can be written in."""
+
+
+def metadata_of(laid_out: Parameterization) -> dict[str, bytes]:
+    """The key-value pairs of a KTX 2.0 file."""
+    return {"KTXorientation": b"rd", "KTXwriter": b"reflet", KEY: laid_out.name.encode()}
+
+
+def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", *, zstd: bool = False) -> Texture:
+    """The levels encoded as ``texel_format``, one of `TEXEL_FORMAT_CHOICES`; three channels in four get alpha 1.
+
+    Raises RefletError for alpha in a format that holds none, and where each level is not half the one before.
+    """
+    finest = levels[0]
+    channels = finest.texels.shape[3]
+    if texel_format not in _FORMATS:
+        raise RefletError(f"Texels are stored as {', '.join(_FORMATS)}; {texel_format} is none of them.")
+    if channels not in _FORMATS[texel_format]:
+        raise RefletError(f"{texel_format} holds no alpha; store the map as half or float.")
+    form = TEXEL_FORMATS[_FORMATS[texel_format][channels]]
+    for k, level in enumerate(levels):
+        if (level.parameterization, level.size) != (finest.parameterization, max(finest.size >> k, 1)):
+            raise RefletError(f"Mip level {k} should be half of level {k - 1}, not {level.size} rows.")
+    return Texture(
+        form,
+        finest.size,
+        finest.texels.shape[2],
+        finest.parameterization == CUBE,
+        tuple(form.encode(_with_channels(level.texels, form.channels)) for level in levels),
+        metadata_of(finest.parameterization),
+        alpha_is_premultiplied=channels == 4,
+        supercompression="zstd" if zstd else None,
+    )
+
+
+def texture_from_slices(slices: Sequence[EnvImage], texel_format: str = "half", *, zstd: bool = False) -> Texture:
+    """Maps of one face and of one size as the layers of a 2D array; otherwise as `texture_from_levels`."""
+    return texture_from_maps([[image] for image in slices], texel_format, zstd=zstd)
+
+
+def texture_from_maps(maps: Sequence[Sequence[EnvImage]], texel_format: str = "half", *, zstd: bool = False) -> Texture:
+    """Maps of one kind and size, each by its mip levels, as layers of a 2D array: one after the other, a layer a face.
+
+    Raises RefletError as `texture_from_levels` does.
+    """
+    textures = [texture_from_levels(levels, texel_format, zstd=zstd) for levels in maps]
+    levels = zip(*(texture.levels for texture in textures), strict=True)
+    return replace(textures[0], is_cube=False, levels=tuple(np.concatenate(level) for level in levels))
+
+
+def _with_channels(texels: np.ndarray, channels: int) -> np.ndarray:
+    if texels.shape[3] == channels:
+        return texels
+    out = np.ones((*texels.shape[:3], channels), np.float32)
+    out[..., : texels.shape[3]] = texels
+    return out
+
+
+def named_parameterization(name: str | None) -> Parameterization | None:
+    """What a file's own note says it holds, if it is known here."""
+    return PARAMETERIZATIONS.get(name) if name else None
+
+
+def levels_from_texture(texture: Texture, laid_out: Parameterization) -> tuple[EnvImage, ...]:
+    """The decoded mip levels, finest first; those that are no map of their own (1×1 of a lat-long map) are left out.
+
+    None at all where the texture is no such map.
+    """
+    decoded = []
+    for mip_level in range(len(texture.levels)):
+        rows, columns = texture.level_shape(mip_level)
+        if (texture.image_count, rows, columns) != laid_out.shape(rows):
+            break
+        decoded.append(texture.decode(mip_level))
+    return tuple(EnvImage(laid_out, texels) for texels in as_radiance(decoded))
+
+
+def as_radiance(levels: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Grey as three equal channels; alpha that is 1 everywhere is left out."""
+    channels = levels[0].shape[-1] if levels else 0
+    if channels == 1:
+        return [np.repeat(texels, 3, axis=-1) for texels in levels]
+    if channels == 4 and all((texels[..., 3] == 1.0).all() for texels in levels):
+        levels = [texels[..., :3] for texels in levels]
+    return [np.ascontiguousarray(texels) for texels in levels]

@@ -1,0 +1,124 @@
+"""From one environment map file to another: read, resample, filter mip levels, write."""
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.equal_sampling import equal_sampling_size
+from reflet.envmap.resampling.mip_reduction import mip_images
+from reflet.envmap.resampling.resample import resample
+from reflet.envmap.sampling import valid_texels
+from reflet.errors import RefletError, RefletWarning
+from reflet.files.env_image_file import read_levels, write_env_image
+from reflet.files.textures.packed_floats import R11G11B10_MAX, RGB9E5_MAX
+from reflet.files.textures.texel_formats import HALF_MAX
+from reflet.progress import ProgressCallback, silent
+
+WITH_MIP_LEVELS = (".ktx2", ".ktx", ".dds")  # formats of textures, which come with their mip levels
+LARGEST = 16384  # rows of a face: graphics systems take no larger textures
+_MOST = {"half": HALF_MAX, "rgb9e5": RGB9E5_MAX, "r11g11b10f": min(R11G11B10_MAX)}  # radiance that texels hold
+
+
+def convert(
+    source: str | Path,
+    out: str | Path,
+    *,
+    to: Parameterization | None = None,
+    size: int | None = None,
+    source_is: Parameterization | None = None,
+    layout: str | None = None,
+    mips: bool | None = None,
+    texel_format: str | None = None,
+    zstd: bool = False,
+    progress: ProgressCallback = silent,
+) -> EnvImage:
+    """Writes the environment in ``source`` to ``out`` in the parameterization ``to`` and returns its finest level.
+
+    By default the parameterization stays as it is, and ``size``, the rows of a face, is that of equal sampling: about
+    as many texels over the sphere as before. ``source_is`` is the source's parameterization where its file does not
+    tell. ``layout``, ``texel_format`` and ``zstd`` are those of `write_env_image`. ``mips`` adds all mip levels, by
+    default to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
+    RefletError for what cannot be read, written or held.
+    """
+    check_size(size)
+    with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
+    progress("read", 0, 1)
+    levels = read_levels(source, source_is)
+    progress("read", 1, 1)
+    finest = levels[0]
+    to = finest.parameterization if to is None else to
+    if size is None:
+        size = default_size(finest, to, with_mips)
+    if (to, size) != (finest.parameterization, finest.size):
+        progress("resample", 0, 1)
+        levels = (resample(finest, to, size),)
+        progress("resample", 1, 1)
+    progress("write", 0, 1)
+    write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
+    progress("write", 1, 1)
+    return levels[0]
+
+
+def check_size(size: int | None) -> None:
+    """Raises RefletError where a face cannot have so many rows; None says nothing."""
+    if size is not None and not 1 <= size <= LARGEST:
+        raise RefletError(f"A map has 1 to {LARGEST} rows a face, not {size}.")
+
+
+def default_size(image: EnvImage, to: Parameterization, with_mips: bool) -> int:
+    """The image's own size where that will do, else that of equal sampling: a power of two if mip levels are wanted."""
+    if to == image.parameterization and not (with_mips and _odd(image.size)):
+        return image.size
+    return equal_sampling_size(to, valid_texels(image.parameterization) * image.size**2, with_mips)
+
+
+def write_levels(
+    out: str | Path,
+    levels: tuple[EnvImage, ...],
+    with_mips: bool,
+    *,
+    layout: str | None = None,
+    texel_format: str | None = None,
+    zstd: bool = False,
+) -> None:
+    """Writes the finest level alone, or all, which are filtered from it where there is only that one.
+
+    Warns where a texture's format cuts the radiance.
+    """
+    if not with_mips:
+        levels = levels[:1]
+    elif len(levels) == 1:
+        if _odd(levels[0].size):
+            raise RefletError(
+                f"Mip levels need a size that is a power of two, not {levels[0].size}; choose one or leave them out "
+                "(--no-mips)."
+            )
+        levels = mip_images(levels[0])
+    warn_of_format(out, levels, texel_format)
+    write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
+
+
+def warn_of_format(out: str | Path, levels: Sequence[EnvImage], texel_format: str | None) -> None:
+    """Warns where the texels of a texture's file, by default half, cut the radiance."""
+    stored_as = texel_format or "half"
+    if Path(out).suffix.lower() in WITH_MIP_LEVELS and stored_as in _MOST:
+        warn_of_clipping(out, levels, _MOST[stored_as], stored_as, "store them as float, or in .exr")
+
+
+def warn_of_clipping(out: str | Path, levels: Sequence[EnvImage], most: float, texel_format: str, instead: str) -> None:
+    """Warns where radiance is beyond what the format holds."""
+    cut = sum(int((level.texels.max(-1) > most).sum()) for level in levels)
+    if cut:
+        brightest = max(float(level.texels.max()) for level in levels)
+        warnings.warn(
+            f"{out}: {cut} texels of up to {brightest:.6g} are cut at {most:.0f}, {texel_format}'s most; {instead}.",
+            RefletWarning,
+            stacklevel=2,
+        )
+
+
+def _odd(size: int) -> bool:
+    """Whether a map of this size has no whole chain of mip levels."""
+    return bool(size & (size - 1))

@@ -1,0 +1,113 @@
+"""The check that the graphics system looks maps up as inference believed."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import scipy.sparse as sp
+
+from reflet.infer.records import RenderingMatrix
+from reflet.infer.rendering_matrix import rendering_matrix
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.progress import ProgressCallback, silent
+from reflet.render.device.device import adapter_name, filters_exactly
+from reflet.render.playback.renderer import Renderer
+from reflet.render.playback.test_renderings import measured_rendering_matrices
+from reflet.render.playback.visibility import rasterized_visibility
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.trace.tracer import Tracer
+
+# Largest difference of a weight. Software adapters filter in float: what is left is float32 geometry. Graphics cards
+# round the three fractions of a trilinear weight to 8 bits, up to 1/512 each.
+EXACT_TOLERANCE = 1e-4
+CARD_TOLERANCE = 1e-2
+LEAST_SHARE = 0.99  # of sub-samples in which tracer and rasterizer see the same triangle
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Measured against analytic rendering matrix.
+
+    ``max_difference`` is the largest difference of a weight over all layers, ``test_renderings`` the number of pictures
+    drawn to measure it, ``compared_share`` the share of the tracer's sub-samples that see the same triangle in the
+    rasterizer: only those are compared. ``agrees`` tells whether the difference is at most ``tolerance``, which depends
+    on the kind of adapter, and the share at least 0.99.
+    """
+
+    max_difference: float
+    adapter: str
+    test_renderings: int
+    compared_share: float
+    tolerance: float
+    agrees: bool
+
+    def __str__(self) -> str:
+        verdict = "agrees with" if self.agrees else "differs from"
+        return (
+            f"The rendering matrix measured on {self.adapter} {verdict} the analytic one: largest difference "
+            f"{self.max_difference:.2e} (allowed {self.tolerance:.0e}) over {self.compared_share:.2%} of the "
+            f"sub-samples, {self.test_renderings} test renderings."
+        )
+
+
+def verify(
+    pem: ParameterizedEnvironmentMap,
+    *,
+    sample: int = 0,
+    renderer: Renderer | None = None,
+    variant: str = "llvm_ad_rgb",
+    progress: ProgressCallback = silent,
+) -> Verification:
+    """Compares the two rendering matrices of every layer at one sample of the parameter space.
+
+    The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws.
+    """
+    renderer = renderer or Renderer(pem)
+    camera = pem.space.camera(sample)
+    tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
+    traced = tracer.view(camera, spp=1, sample_count=pem.sample_count).visibility
+    common = common_samples(traced, rasterized_visibility(renderer, camera, pem.sample_count))
+    gbuffer = gbuffer_from_visibility(pem.scene, common)
+    part_of_sample = gbuffer.row_part[gbuffer.row_of_sample]
+    worst, drawn = 0.0, 0
+    for kind in sorted({layer.kind for layer in pem.layers}):
+        measured, renderings = measured_rendering_matrices(
+            renderer, common, kind, partial(progress, f"{kind} test renderings")
+        )
+        drawn += renderings
+        for i, matrix in measured.items():
+            layer = pem.layers[i]
+            select = np.isin(part_of_sample, layer.parts)
+            if kind == "local":
+                select &= ~pem.on_hull[gbuffer.triangle]
+            analytic = rendering_matrix(
+                gbuffer, layer.chain, layer.geometry, pem.lod_bias, select, layer.map_from_world(camera)
+            )
+            worst = max(worst, largest_difference(analytic, matrix))
+    share = len(common.pixel) / max(len(traced.pixel), 1)
+    tolerance = EXACT_TOLERANCE if filters_exactly(renderer.device) else CARD_TOLERANCE
+    agrees = worst <= tolerance and share >= LEAST_SHARE
+    return Verification(worst, adapter_name(renderer.device), drawn, share, tolerance, agrees)
+
+
+def common_samples(a: Visibility, b: Visibility) -> Visibility:
+    """The sub-samples that see the same triangle in both; in the order of ``a``."""
+
+    def keys(v: Visibility) -> np.ndarray:
+        place = v.pixel.astype(np.int64) * v.sample_count + v.sub_sample
+        return place << 32 | v.triangle.astype(np.int64)
+
+    same = np.isin(keys(a), keys(b), assume_unique=True)
+    return replace(a, pixel=a.pixel[same], sub_sample=a.sub_sample[same], triangle=a.triangle[same])
+
+
+def largest_difference(a: RenderingMatrix, b: RenderingMatrix) -> float:
+    """The largest difference between weights of the same row and texel."""
+    difference = _sparse(a) - _sparse(b)
+    return float(np.abs(difference.data).max(initial=0.0))
+
+
+def _sparse(matrix: RenderingMatrix) -> sp.csr_matrix:
+    shape = len(matrix.starts) - 1, matrix.texel_count
+    return sp.csr_matrix((matrix.weights, matrix.columns, matrix.starts), shape=shape)

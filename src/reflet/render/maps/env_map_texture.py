@@ -1,0 +1,151 @@
+"""Plain env maps on the device: the host's side of `shaders/env_map.wgsl`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import wgpu
+from jaxtyping import Float
+
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.errors import RefletError
+from reflet.render.device.textures import check_size
+
+FULL, HALF = "rgba32float", "rgba16float"
+_UNIFORM = np.dtype(
+    [("map_from_world", "f4", (3, 4)), ("size", "f4"), ("max_lod", "f4"), ("lod_bias", "f4"), ("roughness", "f4")]
+)
+
+
+@dataclass(frozen=True)
+class EnvMapTexture:
+    """An env map with its mip levels, one array layer a face."""
+
+    device: wgpu.GPUDevice
+    parameterization: Parameterization
+    size: int  # rows of a face
+    texture: wgpu.GPUTexture
+    levels_a_size: int = 1  # one after the other in the layers of a mip level
+
+    @property
+    def by_hardware(self) -> bool:
+        """Whether the hardware's cube sampler serves: of cubes in half float, which all devices can filter."""
+        return self.parameterization == CUBE and self.texture.format == HALF and self.levels_a_size == 1
+
+    @property
+    def level_count(self) -> int:
+        """Levels of all sizes."""
+        return int(self.levels_a_size * self.texture.mip_level_count)
+
+    def read(self, mip_level: int = 0, number: int = 0) -> EnvImage:
+        """One level, back from the device; of several maps in a row the ``number``-th."""
+        size = self.size >> mip_level
+        faces, rows, columns = self.parameterization.shape(size)
+        channel = np.dtype(np.float16 if self.texture.format == HALF else np.float32)
+        data = self.device.queue.read_texture(
+            {"texture": self.texture, "mip_level": mip_level, "origin": (0, 0, number * faces)},
+            {"bytes_per_row": 4 * channel.itemsize * columns, "rows_per_image": rows},
+            (columns, rows, faces),
+        )
+        return EnvImage(self.parameterization, np.frombuffer(data, channel).reshape(faces, rows, columns, 4).copy())
+
+
+def create_env_map(
+    device: wgpu.GPUDevice,
+    parameterization: Parameterization,
+    size: int,
+    level_count: int,
+    texture_format: str,
+    usage: int = 0,
+    map_count: int = 1,
+) -> EnvMapTexture:
+    """An empty env map, or several of one kind, one after the other in the texture's layers.
+
+    ``usage`` is what it serves beside lookups and copies.
+    """
+    faces, rows, columns = parameterization.shape(size)
+    check_size(device, columns, rows, "A map")
+    texture = device.create_texture(
+        size=(columns, rows, map_count * faces),
+        mip_level_count=level_count,
+        format=texture_format,
+        usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST | wgpu.TextureUsage.COPY_SRC | usage,
+    )
+    return EnvMapTexture(device, parameterization, size, texture)
+
+
+def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMapTexture:
+    """Mip levels, finest first, each half as large as the one before, or as many of each size; one is enough.
+
+    Half-float texels stay half float, all others become float32.
+    """
+    finest = levels[0]
+    sizes = [level.size for level in levels]
+    a_size = sizes.count(finest.size)
+    if (
+        any(level.parameterization != finest.parameterization for level in levels)
+        or sizes != [finest.size >> k // a_size for k in range(len(levels))]
+        or len(levels) % a_size
+    ):
+        raise RefletError(
+            f"Mip levels of one parameterization were expected, each half as large as the last; sizes {sizes} came."
+        )
+    half = finest.texels.dtype == np.float16
+    mip_count, texture_format = len(levels) // a_size, HALF if half else FULL
+    env_map = create_env_map(device, finest.parameterization, finest.size, mip_count, texture_format, map_count=a_size)
+    for number, level in enumerate(levels):
+        faces, rows, columns, channels = level.texels.shape
+        texels = np.ones((faces, rows, columns, 4), np.float16 if half else np.float32)
+        texels[..., :channels] = level.texels
+        mip_level, of_size = divmod(number, a_size)
+        device.queue.write_texture(
+            {"texture": env_map.texture, "mip_level": mip_level, "origin": (0, 0, of_size * faces)},
+            texels,
+            {"bytes_per_row": texels.strides[1], "rows_per_image": rows},
+            (columns, rows, faces),
+        )
+    return replace(env_map, levels_a_size=a_size)
+
+
+def env_map_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
+    """Bind group 1."""
+    fragment = wgpu.ShaderStage.FRAGMENT
+    faces = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
+    cube = {"sample_type": "float", "view_dimension": "cube"}
+    return device.create_bind_group_layout(
+        entries=[
+            {"binding": 0, "visibility": fragment, "buffer": {"type": "uniform"}},
+            {"binding": 1, "visibility": fragment, "texture": faces},
+            {"binding": 2, "visibility": fragment, "texture": cube},
+            {"binding": 3, "visibility": fragment, "sampler": {"type": "filtering"}},
+        ]
+    )
+
+
+def env_map_group(
+    device: wgpu.GPUDevice,
+    layout: wgpu.GPUBindGroupLayout,
+    env_map: EnvMapTexture,
+    map_from_world: Float[np.ndarray, "3 3"] | None = None,
+    lod_bias: float = 0.0,
+    roughness: float | None = None,
+) -> wgpu.GPUBindGroup:
+    """Bind group 1 of a map that is turned: ``map_from_world``, a rotation, by default none.
+
+    ``roughness`` is the perceptual_roughness of lookups in a map whose levels are filtered for it (`ggx_levels`).
+    """
+    uniform = np.zeros((), _UNIFORM)
+    uniform["map_from_world"][:, :3] = np.eye(3) if map_from_world is None else np.transpose(map_from_world)
+    uniform["size"], uniform["max_lod"] = env_map.size, env_map.level_count - 1
+    uniform["lod_bias"], uniform["roughness"] = lod_bias, -1.0 if roughness is None else roughness
+    cube = env_map if env_map.by_hardware else create_env_map(device, CUBE, 1, 1, HALF)
+    resources = [
+        {"buffer": device.create_buffer_with_data(data=uniform.tobytes(), usage=wgpu.BufferUsage.UNIFORM)},
+        env_map.texture.create_view(dimension="2d-array"),
+        cube.texture.create_view(dimension="cube"),
+        device.create_sampler(mag_filter="linear", min_filter="linear", mipmap_filter="linear"),
+    ]
+    entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
+    return device.create_bind_group(layout=layout, entries=entries)

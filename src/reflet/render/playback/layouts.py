@@ -1,0 +1,158 @@
+"""The host's side of the shaders' bind groups: `shaders/frame.wgsl` and `shaders/part.wgsl` describe them."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import wgpu
+from jaxtyping import Float
+
+from reflet.envmap.geometry import pack
+from reflet.pem.pem import Layer
+from reflet.scene.scene import Part
+from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
+
+Shown = Literal["diffuse", "fresnel", "distant", "local"]
+SWITCHES: dict[Shown, int] = {"diffuse": 1, "fresnel": 2, "distant": 4, "local": 8}
+OBJECT_ONLY = 16
+
+TRIANGLE_ON_HULL = 1
+
+REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
+BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
+BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
+METAL, OFF_HULL = 1024, 2048
+
+LARGEST_BLEND = 8  # samples of the parameter space in one lookup
+
+FRAME = np.dtype(
+    [
+        ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("lod_bias", "f4"),
+        ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
+        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND, 4)),
+        ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2), ("eye_rest", "f4", 4),
+        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)), ("map_from_world", "f4", (LARGEST_BLEND, 3, 4)),
+    ]
+)  # fmt: skip
+_LAYER = np.dtype(
+    [("geometry", "f4", 12), ("size", "f4"), ("max_lod", "f4"), ("parameterization", "u4"), ("padding", "f4")]
+)
+PART = np.dtype(
+    [
+        ("distant", _LAYER), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
+        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("padding", "u4", 3),
+    ]
+)  # fmt: skip
+
+# The near plane's distance as a share of the target's. Depth is floating and reversed, so it may be small.
+_NEAR_SHARE = 1e-3
+
+
+@dataclass(frozen=True)
+class Blended:
+    """A sample of the parameter space as a frame shows it."""
+
+    slot: int  # in the arrays of maps
+    weight: float
+    map_from_world: Float[np.ndarray, "3 3"]  # the frame of its view-dependent maps
+
+
+def frame_uniform(
+    camera: Camera, sample_count: int, lod_bias: float, blend: Sequence[Blended], switches: int
+) -> np.ndarray:
+    """`FRAME` of a picture."""
+    frame = np.zeros((), FRAME)
+    clip_from_world = camera.clip_from_world(1.0, 2.0)
+    # Reversed depth with an infinite far plane: near/distance, which floats resolve evenly at all distances.
+    clip_from_world[2] = 0.0, 0.0, 0.0, _NEAR_SHARE * np.linalg.norm(np.subtract(camera.target, camera.position))
+    frame["clip_from_world"] = clip_from_world.T
+    corner, dx, dy = camera.ray_basis()
+    frame["eye"], frame["ray_corner"], frame["ray_dx"], frame["ray_dy"] = camera.position, corner, dx, dy
+    frame["eye_rest"][:3] = camera.position - frame["eye"].astype(np.float64)
+    pixel_from_view = np.linalg.inv(np.stack([dx, dy, corner], -1))
+    frame["rows"][:, :3] = pixel_from_view
+    frame["rows_rest"][:, :3] = pixel_from_view - frame["rows"][:, :3].astype(np.float64)
+    frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
+    frame["width"], frame["height"] = camera.width, camera.height
+    frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)
+    for k, each in enumerate(blend):
+        frame["blend"][k, :2] = each.weight, each.slot
+        frame["map_from_world"][k, :, :3] = each.map_from_world.T  # by columns
+    frame["blend_count"], frame["switches"] = len(blend), switches
+    return frame
+
+
+def switch_bits(shown: Collection[Shown], object_only: bool) -> int:
+    """The frame's switches."""
+    return sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only
+
+
+def part_uniform(part: Part, distant: Layer | None, local: Layer | None) -> np.ndarray:
+    """`PART` of one part and the layers it looks up."""
+    material, out = part.material, np.zeros((), PART)
+    for name, layer in (("distant", distant), ("local", local)):
+        if layer is not None:
+            out[name]["geometry"] = pack(layer.geometry)
+            out[name]["size"], out[name]["max_lod"] = layer.size, layer.chain.level_count - 1
+            out[name]["parameterization"] = layer.parameterization.kind
+    out["base_color"], out["metallic"] = material.base_color, material.metallic
+    out["emission"], out["normal_scale"] = material.emission, material.normal_scale
+    bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * material.double_sided + HAS_LOCAL * (local is not None)
+    has_uv, has_tangents = part.mesh.uv is not None, part.mesh.tangents is not None
+    for texture, present, clamps, usable in (
+        (material.base_color_texture_srgb, BASE_COLOR_TEXTURE, BASE_COLOR_CLAMPS, has_uv),
+        (material.metallic_roughness_texture, METALLIC_ROUGHNESS_TEXTURE, METALLIC_ROUGHNESS_CLAMPS, has_uv),
+        (material.normal_texture, NORMAL_TEXTURE, NORMAL_CLAMPS, has_uv and has_tangents),
+        (material.emission_texture_srgb, EMISSION_TEXTURE, 0, has_uv),
+    ):
+        if texture is not None and usable:
+            bits |= present | clamps * texture.clamp
+    bits |= METAL * (material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
+    out["bits"] = bits
+    return out
+
+
+def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
+    """Bind group 0."""
+    both = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT
+    fragment = wgpu.ShaderStage.FRAGMENT
+    storage = {"type": "read-only-storage"}
+    return device.create_bind_group_layout(
+        entries=[
+            {"binding": 0, "visibility": both, "buffer": {"type": "uniform"}},
+            {"binding": 1, "visibility": both, "buffer": storage},
+            {"binding": 2, "visibility": both, "buffer": storage},
+            {"binding": 3, "visibility": fragment, "buffer": storage},
+            {"binding": 4, "visibility": fragment, "buffer": storage},
+            {"binding": 5, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
+            {"binding": 6, "visibility": fragment, "sampler": {"type": "filtering"}},
+        ]
+    )
+
+
+def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
+    """Bind group 1."""
+    fragment = wgpu.ShaderStage.FRAGMENT
+
+    def texture(binding: int, dimension: str) -> dict:
+        sampled = {"sample_type": "float", "view_dimension": dimension}
+        return {"binding": binding, "visibility": fragment, "texture": sampled}
+
+    def sampler(binding: int) -> dict:
+        return {"binding": binding, "visibility": fragment, "sampler": {"type": "filtering"}}
+
+    return device.create_bind_group_layout(
+        entries=[
+            {"binding": 0, "visibility": fragment, "buffer": {"type": "uniform"}},
+            *(texture(binding, "2d") for binding in (1, 2, 3, 4)),
+            sampler(5),
+            sampler(6),
+            texture(7, "cube-array"),
+            texture(8, "cube-array"),
+            sampler(9),
+            texture(10, "2d-array"),
+            texture(11, "2d-array"),
+        ]
+    )

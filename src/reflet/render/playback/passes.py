@@ -1,0 +1,223 @@
+"""Render passes: pipelines and the textures they draw into."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Literal
+
+import numpy as np
+import wgpu
+from jaxtyping import Float32
+
+from reflet.render.device.textures import check_size
+from reflet.render.playback.scene_buffers import Draw
+from reflet.shaders.link import link
+
+Cull = Literal["none", "front", "back"]
+
+
+class Target:
+    """Textures of one picture size; made when first drawn into.
+
+    16 bytes a pixel of colour, 4 of depth, 16 of the sum, and 64 + 8 more where multi-sampled.
+    """
+
+    def __init__(self, device: wgpu.GPUDevice, width: int, height: int) -> None:
+        check_size(device, width, height, "A picture")
+        self.size = width, height
+        self._device = device
+        self._textures: dict[tuple[str, int], wgpu.GPUTexture] = {}
+        self.sum = device.create_buffer(
+            size=16 * width * height,
+            usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC | wgpu.BufferUsage.COPY_DST,
+        )
+
+    def texture(self, texture_format: str, sample_count: int = 1) -> wgpu.GPUTexture:
+        """The texture of a format."""
+        key = texture_format, sample_count
+        if key not in self._textures:
+            usage = wgpu.TextureUsage.RENDER_ATTACHMENT
+            if sample_count == 1:
+                usage |= wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
+            self._textures[key] = self._device.create_texture(
+                size=(*self.size, 1), format=texture_format, sample_count=sample_count, usage=usage
+            )
+        return self._textures[key]
+
+
+class Passes:
+    """Draws parts and backdrop, sums pictures up, reads them back."""
+
+    def __init__(
+        self, device: wgpu.GPUDevice, frame_layout: wgpu.GPUBindGroupLayout, part_layout: wgpu.GPUBindGroupLayout
+    ) -> None:
+        self._device = device
+        self._scene_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout, part_layout])
+        self._backdrop_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout])
+        self._modules: dict[str, wgpu.GPUShaderModule] = {}
+        self._pipelines: dict[tuple, wgpu.GPURenderPipeline] = {}
+        compute = wgpu.ShaderStage.COMPUTE
+        self._sum_layout = device.create_bind_group_layout(
+            entries=[
+                {"binding": 0, "visibility": compute, "texture": {"sample_type": "unfilterable-float"}},
+                {"binding": 1, "visibility": compute, "buffer": {"type": "storage"}},
+            ]
+        )
+        self._accumulate = device.create_compute_pipeline(
+            layout=device.create_pipeline_layout(bind_group_layouts=[self._sum_layout]),
+            compute={"module": self._module("accumulate.wgsl"), "entry_point": "accumulate"},
+        )
+
+    def draw(
+        self,
+        encoder: wgpu.GPUCommandEncoder,
+        target: Target,
+        program: str,
+        entry_point: str,
+        sub_sample: int,
+        backdrop: bool,
+        switches: int,
+        blend_count: int,
+        frame_group: wgpu.GPUBindGroup,
+        part_groups: Sequence[wgpu.GPUBindGroup],
+        draws: Sequence[Draw],
+    ) -> wgpu.GPUTexture:
+        """One pass over all parts, then the backdrop; the texture that holds the picture, one sample a pixel."""
+        colour, resolved, depth = self._attachments(target, entry_point)
+        render_pass = encoder.begin_render_pass(
+            color_attachments=[
+                {
+                    "view": colour.create_view(),
+                    "resolve_target": resolved and resolved.create_view(),
+                    "clear_value": (0, 0, 0, 0),
+                    "load_op": "clear",
+                    "store_op": "store" if resolved is None else "discard",
+                }
+            ],
+            depth_stencil_attachment={
+                "view": depth.create_view(),
+                "depth_clear_value": 0.0,
+                "depth_load_op": "clear",
+                "depth_store_op": "discard",
+            },
+        )
+        render_pass.set_bind_group(0, frame_group)
+        shows_backs_apart = program == "picture.wgsl"
+        rate = "multi" if _is_multi(entry_point) else "single"
+        for item in draws:
+            render_pass.set_bind_group(1, part_groups[item.part])
+            vertices = 3 * item.count, 1, 3 * item.first, sub_sample
+            constants = {
+                "SWITCHES": switches,
+                "BLEND_COUNT": blend_count,
+                "PART_BITS": item.bits,
+                "DISTANT_KIND": item.distant_kind,
+                "LOCAL_KIND": item.local_kind,
+                "DISTANT_PARAMETERIZATION": item.distant_parameterization,
+                "LOCAL_PARAMETERIZATION": item.local_parameterization,
+            }
+            cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
+            render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))
+            render_pass.draw(*vertices)
+            if cull == "back":
+                render_pass.set_pipeline(self._pipeline(program, f"picture_{rate}_back", "front", SWITCHES=switches))
+                render_pass.draw(*vertices)
+        if backdrop:
+            render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{rate}", "none"))
+            render_pass.draw(3, 1, 0, sub_sample)
+        render_pass.end()
+        return resolved or colour
+
+    def add(self, encoder: wgpu.GPUCommandEncoder, picture: wgpu.GPUTexture, target: Target) -> None:
+        """Adds a picture to the target's sum."""
+        group = self._device.create_bind_group(
+            layout=self._sum_layout,
+            entries=[
+                {"binding": 0, "resource": picture.create_view()},
+                {"binding": 1, "resource": {"buffer": target.sum}},
+            ],
+        )
+        width, height = target.size
+        compute_pass = encoder.begin_compute_pass()
+        compute_pass.set_pipeline(self._accumulate)
+        compute_pass.set_bind_group(0, group)
+        compute_pass.dispatch_workgroups(-(-width // 8), -(-height // 8))
+        compute_pass.end()
+
+    @contextmanager
+    def summing(self, target: Target) -> Iterator[wgpu.GPUCommandEncoder]:
+        """An encoder of passes that begin with an empty sum."""
+        encoder = self._device.create_command_encoder()
+        encoder.clear_buffer(target.sum)
+        yield encoder
+        self._device.queue.submit([encoder.finish()])
+
+    def read_sum(self, target: Target) -> Float32[np.ndarray, "height width 4"]:
+        """The sum of the pictures drawn since `summing` began."""
+        width, height = target.size
+        return np.frombuffer(self._device.queue.read_buffer(target.sum), np.float32).reshape(height, width, 4)
+
+    def read(self, texture: wgpu.GPUTexture, dtype: type) -> np.ndarray:
+        """A texture's contents, (height, width, channels)."""
+        width, height, _ = texture.size
+        channels = 1 if texture.format == "r32uint" else 4
+        bytes_per_row = width * channels * np.dtype(dtype).itemsize
+        data = self._device.queue.read_texture(
+            {"texture": texture}, {"bytes_per_row": bytes_per_row, "rows_per_image": height}, (width, height, 1)
+        )
+        return np.frombuffer(data, dtype).reshape(height, width, channels)
+
+    def _attachments(
+        self, target: Target, entry_point: str
+    ) -> tuple[wgpu.GPUTexture, wgpu.GPUTexture | None, wgpu.GPUTexture]:
+        texture_format = _format(entry_point)
+        if _is_multi(entry_point):
+            return target.texture(texture_format, 4), target.texture(texture_format), target.texture("depth32float", 4)
+        return target.texture(texture_format), None, target.texture("depth32float")
+
+    def _pipeline(self, program: str, entry_point: str, cull: Cull, **constants: float) -> wgpu.GPURenderPipeline:
+        """A pipeline built for constants that the program leaves open; made when first asked for."""
+        key = program, entry_point, cull, *constants.items()
+        if key not in self._pipelines:
+            module = self._module(program)
+            backdrop, multi = program == "backdrop.wgsl", _is_multi(entry_point)
+            vertex = "multi" if multi else "single"
+            if backdrop:
+                vertex = "backdrop"
+            elif entry_point.endswith("_back"):
+                vertex += "_place"
+            elif entry_point.endswith("_fast"):
+                vertex += "_fast"
+            self._pipelines[key] = self._device.create_render_pipeline(
+                layout=self._backdrop_layout if backdrop else self._scene_layout,
+                vertex={"module": module, "entry_point": f"vertex_{vertex}", "constants": constants},
+                primitive={"topology": "triangle-list", "cull_mode": cull},
+                depth_stencil={
+                    "format": "depth32float",
+                    "depth_write_enabled": not backdrop,
+                    "depth_compare": "greater-equal" if backdrop else "greater",
+                },
+                multisample={"count": 4 if multi else 1},
+                fragment={
+                    "module": module,
+                    "entry_point": entry_point,
+                    "constants": constants,
+                    "targets": [{"format": _format(entry_point)}],
+                },
+            )
+        return self._pipelines[key]
+
+    def _module(self, program: str) -> wgpu.GPUShaderModule:
+        if program not in self._modules:
+            self._modules[program] = self._device.create_shader_module(code=link(program))
+        return self._modules[program]
+
+
+def _is_multi(entry_point: str) -> bool:
+    return "multi" in entry_point.split("_")
+
+
+def _format(entry_point: str) -> str:
+    """Of the texture that a fragment entry point draws into."""
+    if entry_point == "probe_triangle":
+        return "r32uint"
+    return "rgba16float" if _is_multi(entry_point) else "rgba32float"

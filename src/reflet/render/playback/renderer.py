@@ -1,0 +1,192 @@
+"""The target graphics system: draws PEMs."""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+import wgpu
+from jaxtyping import Float32, UInt32
+
+from reflet.errors import RefletError
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.render.device.device import shared_device
+from reflet.render.playback.layouts import (
+    LARGEST_BLEND,
+    SWITCHES,
+    Blended,
+    Shown,
+    frame_layout,
+    frame_uniform,
+    part_layout,
+    switch_bits,
+)
+from reflet.render.playback.passes import Passes, Target
+from reflet.render.playback.resident_maps import ResidentMaps
+from reflet.render.playback.scene_buffers import SceneBuffers
+from reflet.scene.views.camera import Camera
+
+ALL_SHOWN: frozenset[Shown] = frozenset(SWITCHES)
+
+
+class Renderer:
+    """Draws one PEM. Maps go to the device when a picture needs them.
+
+    A PEM without local layers, or of one sample only, is drawn by the same rules: that is how plain, static env maps
+    are shown.
+    """
+
+    def __init__(
+        self, pem: ParameterizedEnvironmentMap, device: wgpu.GPUDevice | None = None, map_memory: int = 256 * 2**20
+    ) -> None:
+        """``map_memory`` bounds the maps on the device, in bytes."""
+        self.pem = pem
+        self.device = device or shared_device()
+        layouts = frame_layout(self.device), part_layout(self.device)
+        self._buffers = SceneBuffers(self.device, pem, *layouts)
+        self._passes = Passes(self.device, *layouts)
+        self._maps = ResidentMaps(self.device, pem.layers, pem.maps, map_memory)
+        self._part_groups = self._buffers.part_groups(self._maps.arrays)
+        self._target: Target | None = None
+        self._switches = self._blend_count = 0
+
+    def frame(
+        self,
+        camera: Camera,
+        *,
+        samples: int | None = None,
+        blend: bool = True,
+        layers: Collection[Shown] = ALL_SHOWN,
+        what: Literal["picture", "object"] = "picture",
+        point: Mapping[str, float] | None = None,
+        multisampled: bool = False,
+        exact: bool = True,
+    ) -> Float32[np.ndarray, "height width 4"]:
+        """Linear radiance, and coverage in alpha.
+
+        ``samples`` a pixel (1, 4 or 16) are by default those that the maps were inferred for. ``blend`` mixes the maps
+        around the camera's point of the parameter space, else the nearest are shown; ``point`` names another point.
+        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local".
+        The "object" is what fronts of reflective parts show, multiplied by its coverage. ``multisampled`` draws four
+        samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
+        interpolated by the rasterizer, which is faster, and a little different on every driver.
+        """
+        samples = samples or self.pem.sample_count
+        if multisampled and samples != 4:
+            raise RefletError(f"Multi-sampled pictures have 4 samples a pixel, not {samples}.")
+        switches = switch_bits(layers, what == "object")
+        self._write_frame(camera, samples, switches, self._blend(camera, blend, point))
+        backdrop = what == "picture" and self.pem.scene.environment is not None
+        target = self._target_for(camera)
+        entry_point = f"picture_{'multi' if multisampled else 'single'}{'' if exact else '_fast'}"
+        pictures = 1 if multisampled else samples
+        with self._passes.summing(target) as encoder:
+            for k in range(pictures):
+                self._add(encoder, target, "picture.wgsl", entry_point, k, backdrop)
+        return self._passes.read_sum(target) / np.float32(pictures)
+
+    def layer_image(
+        self,
+        camera: Camera,
+        kind: Literal["distant", "local"],
+        *,
+        samples: int | None = None,
+        blend: bool = True,
+        point: Mapping[str, float] | None = None,
+    ) -> Float32[np.ndarray, "height width 4"]:
+        """What one layer's maps alone say, without Fresnel: the mean over all sub-samples of their lookups.
+
+        Distant lookups have alpha 1 (so alpha is the object's coverage), local ones are premultiplied and bring their
+        own alpha. Where nothing is looked up all four are 0.
+        """
+        samples = samples or self.pem.sample_count
+        self._write_frame(camera, samples, 0, self._blend(camera, blend, point))
+        target = self._target_for(camera)
+        with self._passes.summing(target) as encoder:
+            for k in range(samples):
+                self._add(encoder, target, "probe.wgsl", f"probe_{kind}", k, backdrop=False)
+        return self._passes.read_sum(target) / np.float32(samples)
+
+    def visible_triangles(
+        self, camera: Camera, sample_count: int, sub_sample: int
+    ) -> UInt32[np.ndarray, "height width"]:
+        """1 + the number of the triangle that a sub-sample of each pixel sees, where it reflects; else 0."""
+        self._write_frame(camera, sample_count, 0, [])
+        target = self._target_for(camera)
+        encoder = self.device.create_command_encoder()
+        picture = self._draw(encoder, target, "probe.wgsl", "probe_triangle", sub_sample, False, self._part_groups)
+        self.device.queue.submit([encoder.finish()])
+        return self._passes.read(picture, np.uint32)[..., 0]
+
+    def raw_lookup(
+        self,
+        camera: Camera,
+        kind: Literal["distant", "local"],
+        sample_count: int,
+        sub_sample: int,
+        part_groups: Sequence[wgpu.GPUBindGroup],
+    ) -> Float32[np.ndarray, "height width 4"]:
+        """The four channels that one sub-sample of each pixel looks up in slot 0 of maps bound by `bind_maps`.
+
+        View-dependent maps are those of the camera itself.
+        """
+        self._write_frame(camera, sample_count, 0, [Blended(0, 1.0, camera.view_from_world())])
+        target = self._target_for(camera)
+        encoder = self.device.create_command_encoder()
+        picture = self._draw(encoder, target, "probe.wgsl", f"probe_{kind}", sub_sample, False, part_groups)
+        self.device.queue.submit([encoder.finish()])
+        return self._passes.read(picture, np.float32)
+
+    def bind_maps(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
+        """Part bind groups with other maps: one array for each of the PEM's layers."""
+        return self._buffers.part_groups(arrays)
+
+    def _blend(self, camera: Camera, blend: bool, point: Mapping[str, float] | None) -> list[Blended]:
+        space = self.pem.space
+        weights = space.blend_weights(space.orbit.point_of(camera) if point is None else point)
+        if not blend:
+            weights = {max(weights, key=lambda sample: (weights[sample], -sample)): 1.0}
+        if len(weights) > LARGEST_BLEND:
+            raise RefletError(f"At most {LARGEST_BLEND} samples can be blended, not {len(weights)}; show the nearest.")
+        slots = self._maps.slots(list(weights))
+        return [
+            Blended(slot, weight, space.camera(sample).view_from_world())
+            for slot, (sample, weight) in zip(slots, weights.items(), strict=True)
+        ]
+
+    def _write_frame(self, camera: Camera, samples: int, switches: int, blend: Sequence[Blended]) -> None:
+        data = frame_uniform(camera, samples, self.pem.lod_bias, blend, switches)
+        self.device.queue.write_buffer(self._buffers.frame_uniform, 0, data.tobytes())
+        self._switches, self._blend_count = switches, len(blend)
+
+    def _target_for(self, camera: Camera) -> Target:
+        size = camera.width, camera.height
+        if self._target is None or self._target.size != size:
+            self._target = Target(self.device, *size)
+        return self._target
+
+    def _draw(
+        self,
+        encoder: wgpu.GPUCommandEncoder,
+        target: Target,
+        program: str,
+        entry_point: str,
+        sub_sample: int,
+        backdrop: bool,
+        part_groups: Sequence[wgpu.GPUBindGroup],
+    ) -> wgpu.GPUTexture:
+        return self._passes.draw(
+            encoder, target, program, entry_point, sub_sample, backdrop, self._switches, self._blend_count,
+            self._buffers.frame_group, part_groups, self._buffers.draws,
+        )  # fmt: skip
+
+    def _add(
+        self,
+        encoder: wgpu.GPUCommandEncoder,
+        target: Target,
+        program: str,
+        entry_point: str,
+        sub_sample: int,
+        backdrop: bool,
+    ) -> None:
+        picture = self._draw(encoder, target, program, entry_point, sub_sample, backdrop, self._part_groups)
+        self._passes.add(encoder, picture, target)

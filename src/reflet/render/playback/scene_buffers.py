@@ -1,0 +1,193 @@
+"""The scene on the device: vertices, triangles, mesh colours, materials."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import wgpu
+
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.render.device.textures import LARGEST_HALF, create_map_array, map_array_view, upload_picture
+from reflet.render.playback.layouts import (
+    DOUBLE_SIDED,
+    FRAME,
+    HAS_LOCAL,
+    OFF_HULL,
+    REFLECTIVE,
+    TRIANGLE_ON_HULL,
+    part_uniform,
+)
+from reflet.scene.material import Texture
+from reflet.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them."""
+
+    part: int
+    first: int
+    count: int
+    bits: int
+    distant_kind: float
+    local_kind: float
+    distant_parameterization: int
+    local_parameterization: int
+
+    @property
+    def double_sided(self) -> bool:
+        """Whether backs are shaded like fronts."""
+        return bool(self.bits & DOUBLE_SIDED)
+
+
+class SceneBuffers:
+    """All of a PEM but its maps, and the bind groups of its draw calls."""
+
+    def __init__(
+        self,
+        device: wgpu.GPUDevice,
+        pem: ParameterizedEnvironmentMap,
+        frame_layout: wgpu.GPUBindGroupLayout,
+        part_layout: wgpu.GPUBindGroupLayout,
+    ) -> None:
+        self._device, self._pem, self._part_layout = device, pem, part_layout
+        self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
+        self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
+        self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
+        self.frame_uniform = device.create_buffer(
+            size=FRAME.itemsize, usage=wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
+        )
+        scene, colours = pem.scene, pem.irradiance
+        # Triangles on the hull come first in their part, so that they can be drawn without local maps.
+        part_of_triangle = np.repeat(np.arange(len(scene.parts)), np.diff(scene.triangle_offsets))
+        order = np.lexsort((~pem.on_hull, part_of_triangle))
+        grids = np.stack([colours.resolution, colours.offset], -1)[order]
+        buffers = [_vertices(scene), _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
+        environment = upload_picture(device, _environment(scene), "rgba16float", mip_mapped=True)
+        self.frame_group = device.create_bind_group(
+            layout=frame_layout,
+            entries=[
+                {"binding": 0, "resource": {"buffer": self.frame_uniform}},
+                *({"binding": 1 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(buffers)),
+                {"binding": 5, "resource": environment.create_view()},
+                {"binding": 6, "resource": _sampler(device, "repeat", "clamp-to-edge")},
+            ],
+        )
+        parts = [self._part_uniform(i) for i in range(len(scene.parts))]
+        self._part_uniforms = [
+            device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM) for data in parts
+        ]
+        draws = [draw for i, data in enumerate(parts) for draw in self._draws_of(i, data)]
+        # Reflective parts first: what they hide of the room is then never shaded.
+        self.draws = sorted(draws, key=lambda draw: not draw.bits & REFLECTIVE)
+
+    def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
+        """The bind groups of all parts; ``arrays`` are the maps of the PEM's layers."""
+        groups = []
+        for i, part in enumerate(self._pem.scene.parts):
+            distant, local = (self.layer_of_part(i, kind) for kind in ("distant", "local"))
+            material = part.material
+            base_color, emission = material.base_color_texture_srgb, material.emission_texture_srgb
+            resources = [
+                {"buffer": self._part_uniforms[i]},
+                self._picture(base_color, srgb=True),
+                self._picture(material.metallic_roughness_texture, srgb=False),
+                self._picture(material.normal_texture, srgb=False),
+                self._picture(emission, srgb=True),
+                self._picture_sampler(base_color),
+                self._picture_sampler(emission),
+                self._maps(arrays, distant, cubes=True),
+                self._maps(arrays, local, cubes=True),
+                self._samplers["clamp-to-edge"],
+                self._maps(arrays, distant, cubes=False),
+                self._maps(arrays, local, cubes=False),
+            ]
+            entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
+            groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
+        return groups
+
+    def layer_of_part(self, part: int, kind: str) -> int | None:
+        """Index of the layer of this kind that a part looks up."""
+        found = (i for i, layer in enumerate(self._pem.layers) if layer.kind == kind and part in layer.parts)
+        return next(found, None)
+
+    def _maps(self, arrays: Sequence[wgpu.GPUTexture], layer: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
+        """A layer's maps if they are cubes, or if they are not; else a map of one black texel."""
+        if layer is not None:
+            parameterization = self._pem.layers[layer].parameterization
+            if (parameterization == CUBE) is cubes:
+                return map_array_view(arrays[layer], parameterization)
+        return self._no_map.create_view(dimension="cube-array" if cubes else "2d-array")
+
+    def _part_uniform(self, part: int) -> np.ndarray:
+        indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))
+        layers = (None if i is None else self._pem.layers[i] for i in indices)
+        return part_uniform(self._pem.scene.parts[part], *layers)
+
+    def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
+        first, end = self._pem.scene.triangle_offsets[part : part + 2]
+        bits = int(data["bits"])
+        geometries = float(data["distant"]["geometry"][0]), float(data["local"]["geometry"][0])
+        parameterizations = int(data["distant"]["parameterization"]), int(data["local"]["parameterization"])
+        on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
+        draws = [
+            Draw(part, first, on_hull, bits & ~HAS_LOCAL, *geometries, *parameterizations),
+            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, *geometries, *parameterizations),
+        ]
+        return [draw for draw in draws if draw.count]
+
+    def _storage(self, data: np.ndarray) -> wgpu.GPUBuffer:
+        # A binding may not be empty, a scene without mesh colours is allowed.
+        contents = np.ascontiguousarray(data).tobytes() or bytes(16)
+        return self._device.create_buffer_with_data(data=contents, usage=wgpu.BufferUsage.STORAGE)
+
+    def _picture(self, texture: Texture | None, srgb: bool) -> wgpu.GPUTextureView:
+        key = (id(texture), srgb)
+        if key not in self._pictures:
+            pixels = np.full((1, 1, 4), 255, np.uint8) if texture is None else texture.pixels
+            texture_format = "rgba8unorm-srgb" if srgb else "rgba8unorm"
+            self._pictures[key] = upload_picture(self._device, pixels, texture_format, mip_mapped=srgb)
+        return self._pictures[key].create_view()
+
+    def _picture_sampler(self, texture: Texture | None) -> wgpu.GPUSampler:
+        return self._samplers["clamp-to-edge" if texture is not None and texture.clamp else "repeat"]
+
+
+def _sampler(device: wgpu.GPUDevice, u: str, v: str) -> wgpu.GPUSampler:
+    return device.create_sampler(
+        address_mode_u=u, address_mode_v=v, mag_filter="linear", min_filter="linear", mipmap_filter="linear"
+    )
+
+
+def _vertices(scene: Scene) -> np.ndarray:
+    blocks = []
+    for part in scene.parts:
+        mesh = part.mesh
+        block = np.zeros((len(mesh.positions), 3, 4), np.float32)
+        block[:, 0, :3], block[:, 1, :3] = mesh.positions, mesh.normals
+        if mesh.uv is not None:
+            block[:, 0, 3], block[:, 1, 3] = mesh.uv.T
+        if mesh.tangents is not None:
+            block[:, 2] = mesh.tangents
+        blocks.append(block)
+    return np.concatenate(blocks)
+
+
+def _triangles(scene: Scene, on_hull: np.ndarray, order: np.ndarray) -> np.ndarray:
+    first_vertex = np.cumsum([0] + [len(part.mesh.positions) for part in scene.parts])
+    out = np.empty((scene.triangle_offsets[-1], 4), np.uint32)
+    corners = [part.mesh.triangles + first for part, first in zip(scene.parts, first_vertex, strict=False)]
+    out[:, :3] = np.concatenate(corners)
+    out[:, 3] = 2 * np.arange(len(out)) + np.where(on_hull, TRIANGLE_ON_HULL, 0)
+    return out[order]
+
+
+def _environment(scene: Scene) -> np.ndarray:
+    if scene.environment is None:
+        return np.zeros((1, 1, 4), np.float16)
+    radiance = scene.environment.radiance
+    out = np.ones((*radiance.shape[:2], 4), np.float16)
+    out[..., :3] = np.clip(radiance, 0.0, LARGEST_HALF)
+    return out

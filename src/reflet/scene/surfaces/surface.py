@@ -1,0 +1,195 @@
+"""The exact path: from visible triangles to mirrored rays.
+
+Everything about a sub-sample follows from its triangle and the camera by intersecting view rays with the triangle's
+plane, so that tracer, G-buffer and shader agree whatever rasterizer found the triangle (CONVENTIONS.md, "Surfaces").
+"""
+
+from dataclasses import dataclass
+from math import floor, sqrt
+
+import numpy as np
+from jaxtyping import Float32, Int32, UInt8
+from numba import njit, prange
+
+from reflet.scene.scene import Scene
+from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
+from reflet.scene.surfaces.visibility import Visibility
+from reflet.scene.views.sample_pattern import sample_positions
+
+NEIGHBOUR_STEP = 0.25  # pixels from a sub-sample to its neighbours: the distance of 16 sub-samples from each other
+FARTHEST_BARYCENTRIC = 20.0  # neighbours on a plane seen edge-on are cut off here
+SMALLEST_CLIMB = 0.001  # the least r·ng of a mirrored ray
+
+
+def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
+    """The G-buffer of a picture: for each visible sub-sample the mirrored ray and those of its two neighbours.
+
+    Rows are ordered by pixel, then part. Computed in float64, 72 bytes a sub-sample are kept. Sub-samples must be
+    ordered as `Visibility` says.
+    """
+    camera = visibility.camera
+    part = np.searchsorted(scene.triangle_offsets, visibility.triangle, side="right").astype(np.int32) - 1
+    # By pixel, then part; sub-samples of one pixel that see different parts come interleaved.
+    row_key = visibility.pixel.astype(np.int64) * len(scene.parts) + part
+    order = np.argsort(row_key, kind="stable")
+    row_key = row_key[order]
+    first = np.flatnonzero(np.diff(row_key, prepend=-1))
+    row_of_sample = np.repeat(np.arange(len(first), dtype=np.int32), np.diff(first, append=len(row_key)))
+
+    pixel, triangle = visibility.pixel[order], visibility.triangle[order]
+    pattern = sample_positions(visibility.sample_count)[visibility.sub_sample[order]]
+    xy = np.stack([pixel % camera.width, pixel // camera.width], -1) + pattern
+    surface = _surface(scene)
+    position = np.empty((3, len(pixel), 3), np.float32)
+    direction = np.empty_like(position)
+    _mirror(
+        np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, triangle.astype(np.int64),
+        surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
+        surface.texels, surface.textures, position, direction,
+    )  # fmt: skip
+    ones = np.ones(len(pixel), np.float32)
+    lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction)
+    row_pixel, row_part = np.divmod(row_key[first], len(scene.parts))
+    return GBuffer(row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, (lookups,))
+
+
+@dataclass(frozen=True)
+class _Surface:
+    """Corners of all triangles of the scene, and their normal maps.
+
+    ``texture`` is a triangle's normal map, -1 for none; ``textures`` holds (offset into texels, width, height, clamp).
+    """
+
+    positions: Float32[np.ndarray, "triangles 3 3"]
+    normals: Float32[np.ndarray, "triangles 3 3"]
+    uv: Float32[np.ndarray, "triangles 3 2"]
+    tangents: Float32[np.ndarray, "triangles 3 4"]
+    texture: Int32[np.ndarray, "triangles"]
+    normal_scale: Float32[np.ndarray, "triangles"]
+    texels: UInt8[np.ndarray, "texels 4"]
+    textures: Int32[np.ndarray, "textures 4"]
+
+
+def _surface(scene: Scene) -> _Surface:
+    """Only reflective parts are filled in; the others' triangles are never asked for."""
+    count = scene.triangle_offsets[-1]
+    mapped = any(part.reflective and part.material.normal_texture is not None for part in scene.parts)
+    positions, normals = np.zeros((count, 3, 3), np.float32), np.zeros((count, 3, 3), np.float32)
+    uv = np.zeros((count if mapped else 0, 3, 2), np.float32)
+    tangents = np.zeros((count if mapped else 0, 3, 4), np.float32)
+    texture, scale = np.full(count, -1, np.int32), np.zeros(count, np.float32)
+    texels, textures, offset = [np.zeros((1, 4), np.uint8)], [np.zeros(4, np.int32)], 1
+    for i, part in enumerate(scene.parts):
+        if not part.reflective:
+            continue
+        mesh, span = part.mesh, slice(scene.triangle_offsets[i], scene.triangle_offsets[i + 1])
+        positions[span], normals[span] = mesh.positions[mesh.triangles], mesh.normals[mesh.triangles]
+        image = part.material.normal_texture
+        if image is not None and mesh.uv is not None and mesh.tangents is not None:
+            uv[span], tangents[span] = mesh.uv[mesh.triangles], mesh.tangents[mesh.triangles]
+            texture[span], scale[span] = len(textures), part.material.normal_scale
+            height, width = image.pixels.shape[:2]
+            texels.append(image.pixels.reshape(-1, 4))
+            textures.append(np.array([offset, width, height, image.clamp], np.int32))
+            offset += width * height
+    return _Surface(positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures))
+
+
+@njit(cache=True, error_model="numpy")
+def _fetch(texels, texture, u, v, channel):  # type: ignore[no-untyped-def]
+    """One channel of a texture in [0, 1], bilinear, repeating or clamped."""
+    offset, width, height, clamp = texture[0], texture[1], texture[2], texture[3]
+    x, y = u * width - 0.5, v * height - 0.5
+    column, row = floor(x), floor(y)
+    fx, fy = x - column, y - row
+    total = 0.0
+    for dy in range(2):
+        for dx in range(2):
+            if clamp:
+                i, j = min(max(int(column) + dx, 0), width - 1), min(max(int(row) + dy, 0), height - 1)
+            else:
+                i, j = (int(column) + dx) % width, (int(row) + dy) % height
+            weight = (fx if dx else 1.0 - fx) * (fy if dy else 1.0 - fy)
+            total += weight * texels[offset + j * width + i, channel]
+    return total / 255.0
+
+
+@njit(cache=True, error_model="numpy")
+def _normalized(x, y, z):  # type: ignore[no-untyped-def]
+    length = sqrt(x * x + y * y + z * z)
+    scale = 1.0 / length if length > 1e-12 else 0.0
+    return x * scale, y * scale, z * scale
+
+
+@njit(cache=True, error_model="numpy")
+def _shading_normal(k, b0, b1, b2, normals, uv, tangents, texture, scales, texels, textures):  # type: ignore[no-untyped-def]
+    """Interpolated normal, bent by the normal map where there is one; of unit length, or zero where undefined."""
+    n = normals[k]
+    nx, ny, nz = _normalized(
+        b0 * n[0, 0] + b1 * n[1, 0] + b2 * n[2, 0],
+        b0 * n[0, 1] + b1 * n[1, 1] + b2 * n[2, 1],
+        b0 * n[0, 2] + b1 * n[1, 2] + b2 * n[2, 2],
+    )
+    if texture[k] < 0:
+        return nx, ny, nz
+    t, c = tangents[k], uv[k]
+    tx, ty, tz = _normalized(
+        b0 * t[0, 0] + b1 * t[1, 0] + b2 * t[2, 0],
+        b0 * t[0, 1] + b1 * t[1, 1] + b2 * t[2, 1],
+        b0 * t[0, 2] + b1 * t[1, 2] + b2 * t[2, 2],
+    )
+    handedness = t[0, 3]
+    bx, by, bz = (ny * tz - nz * ty), (nz * tx - nx * tz), (nx * ty - ny * tx)
+    u = b0 * c[0, 0] + b1 * c[1, 0] + b2 * c[2, 0]
+    v = b0 * c[0, 1] + b1 * c[1, 1] + b2 * c[2, 1]
+    image = textures[texture[k]]
+    mx = (2.0 * _fetch(texels, image, u, v, 0) - 1.0) * scales[k]
+    my = (2.0 * _fetch(texels, image, u, v, 1) - 1.0) * scales[k] * handedness
+    mz = 2.0 * _fetch(texels, image, u, v, 2) - 1.0
+    return _normalized(mx * tx + my * bx + mz * nx, mx * ty + my * by + mz * ny, mx * tz + my * bz + mz * nz)
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def _mirror(
+    eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
+    position, direction,
+):  # type: ignore[no-untyped-def]  # fmt: skip
+    """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down."""
+    for i in prange(len(triangle)):
+        k = triangle[i]
+        v = positions[k]
+        e1x, e1y, e1z = float(v[1, 0]) - v[0, 0], float(v[1, 1]) - v[0, 1], float(v[1, 2]) - v[0, 2]
+        e2x, e2y, e2z = float(v[2, 0]) - v[0, 0], float(v[2, 1]) - v[0, 1], float(v[2, 2]) - v[0, 2]
+        gx, gy, gz = _normalized(e1y * e2z - e1z * e2y, e1z * e2x - e1x * e2z, e1x * e2y - e1y * e2x)
+        wx, wy, wz = eye[0] - v[0, 0], eye[1] - v[0, 1], eye[2] - v[0, 2]
+        if gx * wx + gy * wy + gz * wz < 0.0:  # the back of a double-sided face
+            gx, gy, gz = -gx, -gy, -gz
+        for j in range(3):
+            x, y = xy[i, 0] + step * (j == 1), xy[i, 1] + step * (j == 2)
+            dirx, diry, dirz = _normalized(
+                corner[0] + x * dx[0] + y * dy[0], corner[1] + x * dx[1] + y * dy[1], corner[2] + x * dx[2] + y * dy[2]
+            )
+            # Ray and plane [MoellerTrumbore97]: b1 = w·(d×e2)/det, b2 = d·(w×e1)/det.
+            hx, hy, hz = diry * e2z - dirz * e2y, dirz * e2x - dirx * e2z, dirx * e2y - diry * e2x
+            det = e1x * hx + e1y * hy + e1z * hz
+            inverse = 1.0 / det if det != 0.0 else 0.0
+            qx, qy, qz = wy * e1z - wz * e1y, wz * e1x - wx * e1z, wx * e1y - wy * e1x
+            b1 = (wx * hx + wy * hy + wz * hz) * inverse
+            b2 = (dirx * qx + diry * qy + dirz * qz) * inverse
+            b1 = min(max(b1, -FARTHEST_BARYCENTRIC), FARTHEST_BARYCENTRIC)
+            b2 = min(max(b2, -FARTHEST_BARYCENTRIC), FARTHEST_BARYCENTRIC)
+            nx, ny, nz = _shading_normal(
+                k, 1.0 - b1 - b2, b1, b2, normals, uv, tangents, texture, scales, texels, textures
+            )
+            if nx * gx + ny * gy + nz * gz < 0.0:
+                nx, ny, nz = -nx, -ny, -nz
+            along = 2.0 * (dirx * nx + diry * ny + dirz * nz)
+            rx, ry, rz = dirx - along * nx, diry - along * ny, dirz - along * nz
+            climb = rx * gx + ry * gy + rz * gz
+            if climb < SMALLEST_CLIMB:
+                lift = SMALLEST_CLIMB - climb
+                rx, ry, rz = _normalized(rx + lift * gx, ry + lift * gy, rz + lift * gz)
+            position[j, i, 0] = v[0, 0] + b1 * e1x + b2 * e2x
+            position[j, i, 1] = v[0, 1] + b1 * e1y + b2 * e2y
+            position[j, i, 2] = v[0, 2] + b1 * e1z + b2 * e2z
+            direction[j, i, 0], direction[j, i, 1], direction[j, i, 2] = rx, ry, rz

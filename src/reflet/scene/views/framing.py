@@ -1,0 +1,103 @@
+"""Cameras that suit a scene: an orbit that frames its reflective objects, and the refusal of cameras inside them."""
+
+import numpy as np
+from jaxtyping import Float
+
+from reflet.errors import RefletError
+from reflet.scene.bounds import bounding_sphere, object_positions, object_triangles
+from reflet.scene.scene import Scene
+from reflet.scene.views.camera import Camera, Vec3
+from reflet.scene.views.parameter_space import Orbit
+
+AZIMUTH_DEG, ELEVATION_DEG, FOV_DEG = 60.0, 22.0, 36.0
+_MARGIN = 1.05  # room around the bounding sphere
+_WALL = 0.95  # share of the way to the nearest wall that a camera may go
+
+
+def frame_orbit(
+    scene: Scene,
+    *,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
+    distance: float | None = None,
+    target: Vec3 | None = None,
+    fov_deg: float | None = None,
+    image_size: int = 512,
+) -> Orbit:
+    """An orbit around all reflective objects. What is not given is chosen; what is given is kept.
+
+    The target is the centre of their bounding box. The distance is such that the sphere around the target that holds
+    them just fits the picture, and less where something opaque would stand between camera and objects at any azimuth:
+    the walls of a room.
+    """
+    positions = np.concatenate([object_positions(scene, o) for o in range(len(scene.objects))])
+    centre, _ = bounding_sphere(positions)
+    aim = centre if target is None else np.asarray(target, np.float64)
+    radius = float(np.linalg.norm(positions - aim, axis=1).max())
+    elevation = ELEVATION_DEG if elevation_deg is None else elevation_deg
+    fov = FOV_DEG if fov_deg is None else fov_deg
+    if distance is None:
+        distance = _MARGIN * radius / float(np.sin(np.radians(min(fov, 179.0)) / 2.0))
+        free = _free_way(scene, aim, radius, elevation)
+        # nearer than the sphere itself no camera sees the objects whole: then the wall is the user's to deal with
+        distance = max(min(distance, _WALL * free), 1.01 * radius)
+    return Orbit(
+        target=(float(aim[0]), float(aim[1]), float(aim[2])),
+        azimuth_deg=AZIMUTH_DEG if azimuth_deg is None else azimuth_deg,
+        elevation_deg=elevation,
+        distance=distance,
+        fov_deg=fov,
+        image_size=image_size,
+    )
+
+
+def _free_way(scene: Scene, aim: Float[np.ndarray, "3"], radius: float, elevation_deg: float) -> float:
+    """Distance from the target, outside the objects' sphere, to the nearest other surface, at all azimuths."""
+    meshes = [part.mesh for part in scene.parts if not part.reflective]
+    if not meshes:
+        return np.inf
+    triangles = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes]).astype(np.float64)
+    phi, theta = np.radians(np.arange(0.0, 360.0, 5.0)), np.radians(elevation_deg)
+    flat, rise = np.cos(theta), np.full_like(phi, np.sin(theta))
+    ways = np.stack([np.cos(phi) * flat, rise, -np.sin(phi) * flat], axis=1)
+    return min(_first_hit(aim + radius * way, way, triangles) for way in ways) + radius
+
+
+def _first_hit(
+    origin: Float[np.ndarray, "3"], way: Float[np.ndarray, "3"], triangles: Float[np.ndarray, "triangles 3 3"]
+) -> float:
+    """Distance along a ray to the nearest triangle, from either side; infinite where there is none [Moeller97]."""
+    e1, e2, to_origin = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0], origin - triangles[:, 0]
+    p = np.cross(way, e2)
+    determinant = np.einsum("ti,ti->t", e1, p)
+    q = np.cross(to_origin, e1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.einsum("ti,ti->t", to_origin, p) / determinant
+        v = (q @ way) / determinant
+        t = np.einsum("ti,ti->t", e2, q) / determinant
+        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.0)
+    return float(t[hit].min()) if hit.any() else np.inf
+
+
+def winding_number(point: Float[np.ndarray, "3"], triangles: Float[np.ndarray, "triangles 3 3"]) -> float:
+    """Solid angle of a surface seen from a point, over 4π: 1 inside a closed surface, 0 outside, between the two where
+    it has holes. Implements [Jacobson13, eq. 4-5].
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    volume = np.einsum("ti,ti->t", a, np.cross(b, c))
+    dots = (np.einsum("ti,ti->t", x, y) for x, y in ((a, b), (b, c), (c, a)))
+    denominator = la * lb * lc + sum(d * length for d, length in zip(dots, (lc, la, lb), strict=True))
+    return float(2.0 * np.arctan2(volume, denominator).sum() / (4.0 * np.pi))
+
+
+def check_camera(scene: Scene, camera: Camera) -> None:
+    """Raises RefletError if the camera stands inside a reflective object: where the object's surface, holes and all,
+    covers more than half of what can be seen."""
+    position = np.asarray(camera.position, np.float64)
+    for index, item in enumerate(scene.objects):
+        if abs(winding_number(position, object_triangles(scene, index))) > 0.5:
+            raise RefletError(
+                f"The camera at ({position[0]:.3g}, {position[1]:.3g}, {position[2]:.3g}) is inside {item.name}; "
+                "choose a larger distance or another target."
+            )

@@ -1,0 +1,181 @@
+"""Diffuse light of a scene, traced once and cached on its surfaces, for every view to look up.
+
+At each site irradiance is estimated from one emitter sample and one cosine-distributed ray at a time, combined by the
+balance heuristic [VeachGuibas95]. What the ray meets is looked up in the cache itself: a few coarse passes settle all
+bounces, a long last one gathers. So each sample costs two rays however many bounces light has taken, and its noise is
+that of one bounce.
+"""
+
+from collections.abc import Callable
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Float, Float32
+
+from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.emitters import Emitters
+from reflet.trace.light.mesh_colors import SampleSites, sample_sites
+from reflet.trace.light.radiance import arrive, leave, radiance
+from reflet.trace.sampling import LANES, block_means, shifts
+from reflet.trace.surface import OFFSET, surface_at
+
+SETTLING_SPP = 16
+MOST_PASSES = 16
+SETTLED = 3e-3  # passes end when the mean radiosity changes by less
+CAUSTIC_LIMIT = 100.0  # radiance found by way of a mirror counts up to this times the mean radiosity
+DIMENSIONS = 7  # two for the place, two for the ray, three for the emitter
+
+
+def trace_irradiance(
+    device: DeviceScene,
+    *,
+    spp: int = 512,
+    budget: int = 150_000,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> IrradianceMap:
+    """Irradiance/π on all surfaces that show diffuse light, about ``budget`` samples of ``spp`` paths each.
+
+    Each sample is the mean over its own cell of the triangle, which keeps shadows' edges smooth. Mirrors cast shadows
+    and reflect light onto other surfaces; such caustics are clamped at `CAUSTIC_LIMIT` times the mean radiosity.
+    Normal maps of the lit surfaces are ignored. The same ``seed`` gives the same bytes. ``progress`` is told
+    (done, total).
+    """
+    sites = sample_sites(device.scene, budget)
+    gatherer = _Gatherer(device, sites, seed)
+    total = spp + MOST_PASSES * SETTLING_SPP
+    report = progress or (lambda done, total: None)
+    report(0, total)
+    shared = np.zeros((len(sites.starts) - 1, 3), np.float32)
+    previous = 0.0
+    limit = np.inf
+    for done in range(1, MOST_PASSES + 1):
+        gatherer.publish(shared)
+        shared = gatherer.gather(np.arange(SETTLING_SPP) + spp, limit)
+        mean = float(shared.mean(dtype=np.float64)) if len(shared) else 0.0
+        report(done * SETTLING_SPP, total)
+        if abs(mean - previous) <= SETTLED * mean:
+            break
+        previous, limit = mean, CAUSTIC_LIMIT * mean
+    gatherer.publish(shared)
+    shared = gatherer.gather(np.arange(spp), limit, lambda share: report(total - round(spp * (1.0 - share)), total))
+    report(total, total)
+    return gatherer.publish(shared)
+
+
+class _Gatherer:
+    """Gathers light at all sites from what is published on the scene's surfaces."""
+
+    def __init__(self, device: DeviceScene, sites: SampleSites, seed: int) -> None:
+        self.device, self.sites = device, sites
+        self.emitters = Emitters(device)
+        self.seed = seed
+        self.members, self.starts = mi.UInt32(sites.members), mi.UInt32(sites.starts)
+        self.triangle = mi.UInt32(sites.triangle)
+        self.i, self.j, self.back = mi.UInt32(sites.i), mi.UInt32(sites.j), mi.UInt32(sites.back.astype(np.uint32))
+        self.resolution = mi.UInt32(sites.resolution)
+
+    def publish(self, shared: Float32[np.ndarray, "sites 3"]) -> IrradianceMap:
+        """Make these values of all sites what surfaces show from now on."""
+        radiosity = shared[self.sites.site] if len(shared) else np.zeros((1, 3), np.float32)
+        result = IrradianceMap(self.sites.resolution, self.sites.offset, radiosity)
+        self.device.set_irradiance(result)
+        return result
+
+    def gather(
+        self, numbers: np.ndarray, caustic_limit: float, progress: Callable[[float], None] | None = None
+    ) -> Float32[np.ndarray, "sites 3"]:
+        """Irradiance/π at all sites, from the paths with these indices in the sequence of random numbers."""
+        sites, paths = len(self.sites.starts) - 1, len(numbers)
+        table = mi.Float(_sequence(int(numbers.max()) + 1)[numbers].ravel())
+        limit = dr.opaque(mi.Float, min(caustic_limit, 3e38))
+        result = np.zeros((sites, 3), np.float32)
+        step = max(LANES // paths, 1)
+        for start in range(0, sites, step):
+            count = min(step, sites - start)
+            light = self._paths(dr.opaque(mi.UInt32, start), count, paths, table, limit)
+            result[start : start + count] = block_means(light, paths)
+            if progress:
+                progress((start + count) / sites)
+        return result
+
+    def _paths(self, start, count: int, paths: int, table, limit):  # type: ignore[no-untyped-def]
+        """Radiance estimates of ``paths`` paths at each of ``count`` sites from ``start``."""
+        device = self.device
+        lane = dr.arange(mi.UInt32, count * paths)
+        per_site = dr.opaque(mi.UInt32, paths)
+        site = lane // per_site
+        path = lane - site * per_site
+        site += start
+        u = _numbers(table, path, site, self.seed)
+
+        first = dr.gather(mi.UInt32, self.starts, site)
+        alike = dr.gather(mi.UInt32, self.starts, site + 1) - first
+        sample = dr.gather(mi.UInt32, self.members, first + path % alike)
+        triangle = dr.gather(mi.UInt32, self.triangle, sample)
+        back = dr.gather(mi.UInt32, self.back, sample) != 0
+        uv = self._place(sample, triangle, u[0], u[1])
+        # Looked at from the sampled side: against the geometric normal, or along it.
+        front = surface_at(device, triangle, uv, mi.Vector3f(0.0, 1.0, 0.0), mi.Bool(True))
+        geometric = dr.select(front.back ^ back, -front.geometric_normal, front.geometric_normal)
+        normal = dr.select(dr.dot(front.smooth_normal, geometric) < 0.0, -front.smooth_normal, front.smooth_normal)
+        origin = mi.Point3f(front.position + geometric * front.offset)
+
+        drawn = self.emitters.sample(origin, u[4:7], mi.Bool(True))
+        cosine = dr.dot(normal, drawn.direction)
+        usable = (cosine > 0.0) & (dr.dot(geometric, drawn.direction) > 0.0) & (drawn.density > 0.0)
+        ray = mi.Ray3f(origin, drawn.direction)
+        ray.maxt = drawn.distance * (1.0 - 10.0 * OFFSET)
+        usable &= ~device.all.ray_test(ray, False, usable)
+        chance = cosine * dr.inv_pi
+        light = dr.select(usable, drawn.radiance * (chance / (drawn.density + chance)), 0.0)
+
+        direction = mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(u[2], u[3])))
+        chance = dr.dot(normal, direction) * dr.inv_pi
+        above = dr.dot(geometric, direction) > 0.0
+        hit = device.all.ray_intersect_preliminary(mi.Ray3f(origin, direction), coherent=False, active=above)
+        hits = hit.is_valid()
+        surface, seen = arrive(device, hit.prim_index, hit.prim_uv, direction, above, hits)
+        by_sampling = self.emitters.density_of_hit(
+            hit.prim_index, surface.geometric_normal, direction, hit.t, surface.visible
+        )
+        emitted = dr.select(surface.visible, surface.emission, 0.0)
+        light += seen - emitted + emitted * (chance / dr.maximum(chance + by_sampling, 1e-20))
+        if self.emitters.has_environment:
+            escaped = above & ~hits
+            by_sampling = self.emitters.density_of_escape(direction, escaped)
+            light -= dr.select(escaped, seen * (by_sampling / dr.maximum(chance + by_sampling, 1e-20)), 0.0)
+        if device.scene.objects:
+            caustic = surface.fresnel * radiance(device, leave(surface), surface.reflects)
+            light += dr.select(surface.reflects, dr.minimum(caustic, limit), 0.0)
+        return light
+
+    def _place(self, sample, triangle, u, v):  # type: ignore[no-untyped-def]
+        """Barycentrics of a point within half a grid step of the sample, folded back into its triangle."""
+        resolution = mi.Float(dr.gather(mi.UInt32, self.resolution, triangle))
+        x = dr.abs(mi.Float(dr.gather(mi.UInt32, self.i, sample)) + u - 0.5) / resolution
+        y = dr.abs(mi.Float(dr.gather(mi.UInt32, self.j, sample)) + v - 0.5) / resolution
+        over = x + y > 1.0
+        x, y = dr.select(over, 1.0 - y, x), dr.select(over, 1.0 - x, y)
+        return mi.Point2f(dr.clip(x, 1e-4, 1.0), dr.clip(y, 1e-4, 1.0))
+
+
+def _sequence(count: int) -> Float[np.ndarray, "count dimensions"]:
+    """Multiples of powers of 1/φ modulo 1, φ^(d+1) = φ + 1: evenly spread however many are taken, as good as Sobol's
+    points here once every site shifts them."""
+    phi = 1.0
+    for _ in range(64):
+        phi = (1.0 + phi) ** (1.0 / (DIMENSIONS + 1))
+    powers = phi ** -np.arange(1.0, DIMENSIONS + 1)
+    return ((np.arange(count)[:, None] + 0.5) * powers % 1.0).astype(np.float32)
+
+
+def _numbers(table, path, site, seed: int):  # type: ignore[no-untyped-def]
+    """Uniform numbers in [0, 1): the sequence's, shifted around by an offset of the site's own."""
+    numbers = []
+    for d in range(DIMENSIONS):
+        x = dr.gather(mi.Float, table, path * DIMENSIONS + d) + shifts(site, mi.UInt32(seed * DIMENSIONS + d))
+        numbers.append(dr.minimum(x - dr.floor(x), 1.0 - 2.0**-24))
+    return numbers
