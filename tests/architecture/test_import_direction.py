@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from circles import circle
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "reflet"
@@ -61,22 +62,6 @@ def test_rooms_import_only_rooms_above(path: Path) -> None:
             assert ORDER.index(there) < ORDER.index(here), f"{path.name} imports {name}, a room below"
 
 
-def circle(imports: dict[str, set[str]]) -> list[str]:
-    """Names that import each other in a circle, the first one again at the end; empty where there is none."""
-    done: set[str] = set()
-
-    def visit(name: str, way: list[str]) -> list[str]:
-        if name in way:
-            return [*way[way.index(name) :], name]
-        if name in done:
-            return []
-        found = next((found for next_ in sorted(imports.get(name, ())) if (found := visit(next_, [*way, name]))), [])
-        done.add(name)
-        return found
-
-    return next((found for name in sorted(imports) if (found := visit(name, []))), [])
-
-
 def imports_between(level: int) -> dict[str, set[str]]:
     """What imports what, each module named by its first ``level`` parts below `reflet`: rooms, sub-rooms, modules."""
     modules = {".".join(("reflet", *path.relative_to(SOURCE).with_suffix("").parts)) for path in MODULES}
@@ -94,11 +79,6 @@ def imports_between(level: int) -> dict[str, set[str]]:
 def test_nothing_imports_in_a_circle(level: int) -> None:
     """Not even where a module is imported only when a function is called; loose modules count like sub-rooms."""
     assert circle(imports_between(level)) == []
-
-
-def test_circles_are_found() -> None:
-    assert circle({"a": {"b", "c"}, "b": {"d"}, "c": {"a"}}) == ["a", "c", "a"]
-    assert circle({"a": {"b", "c"}, "b": {"c"}}) == []
 
 
 @pytest.mark.parametrize("folder", sorted({path.parent for path in MODULES}), ids=lambda p: str(p.relative_to(SOURCE)))

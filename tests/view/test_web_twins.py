@@ -60,20 +60,20 @@ def call(node, tmp_path_factory):
 
 def test_both_linkers_give_the_same_bytes(call):
     programs = ("picture", "backdrop", "accumulate", "display", "map_view", "mipmap", "probe")
-    linked = call([("shaders", "link", [program]) for program in programs])
+    linked = call([("gpu/device/shaders", "link", [program]) for program in programs])
     assert [link(f"{program}.wgsl") for program in programs] == linked
     assert "#import" not in re.sub(r"//.*", "", linked[0])
 
 
 def test_sub_samples_are_those_of_the_table():
-    text = (WEB / "src/gpu/layouts.ts").read_text()
+    text = (WEB / "src/maths/sample-pattern.ts").read_text()
     table = re.search(r"const PATTERN = \[(.*?)\] as const", text, re.DOTALL)
     numbers = np.array(re.findall(r"\[(\d+), (\d+)\]", table[1]), float)
     np.testing.assert_array_equal(numbers / 32, PATTERN)
 
 
 def test_geometries_pack_alike(call):
-    packed = call([("geometry", "pack", [geometry_to_json(geometry)]) for geometry in GEOMETRIES])
+    packed = call([("maths/geometry", "pack", [geometry_to_json(geometry)]) for geometry in GEOMETRIES])
     np.testing.assert_array_equal(np.array(packed, np.float32), [pack(geometry) for geometry in GEOMETRIES])
 
 
@@ -86,18 +86,20 @@ def volume(geometry):
 
 def test_geometries_turn_into_others_of_their_volume_and_origin(call):
     kinds = ("sphere", "ellipsoid", "box", "hemisphere")
-    turned = call([("geometry", "asKind", [geometry_to_json(BOX), kind, 1, SURROUNDINGS]) for kind in kinds])
+    turned = call([("maths/geometry", "asKind", [geometry_to_json(BOX), kind, 1, SURROUNDINGS]) for kind in kinds])
     for geometry in turned:
         assert volume(geometry) == pytest.approx(2.0 * 4.0 * 6.0)
         assert tuple(geometry["origin"]) == ORIGIN
     assert turned[2] == json.loads(json.dumps(geometry_to_json(BOX)))  # the same kind: nothing changes
     assert turned[3]["floor"] == BOX.lower[1]  # a hemisphere stands where the box does
-    back = call([("geometry", "asKind", [geometry, "box", 1, SURROUNDINGS]) for geometry in (turned[1], turned[3])])
+    back = call(
+        [("maths/geometry", "asKind", [geometry, "box", 1, SURROUNDINGS]) for geometry in (turned[1], turned[3])]
+    )
     for geometry in back:
         np.testing.assert_allclose([geometry["lower"], geometry["upper"]], [BOX.lower, BOX.upper], atol=1e-12)
-    (doubled,) = call([("geometry", "asKind", [geometry_to_json(BOX), "box", 2, SURROUNDINGS])])
+    (doubled,) = call([("maths/geometry", "asKind", [geometry_to_json(BOX), "box", 2, SURROUNDINGS])])
     assert (doubled["lower"], doubled["upper"]) == ([-1.5, -3.0, -6.25], [2.5, 5.0, 5.75])
-    (enclosing,) = call([("geometry", "asKind", [{"kind": "infinite_sphere"}, "box", 1, SURROUNDINGS])])
+    (enclosing,) = call([("maths/geometry", "asKind", [{"kind": "infinite_sphere"}, "box", 1, SURROUNDINGS])])
     assert enclosing == {"kind": "box", **SURROUNDINGS, "origin": [0, 0, 0]}
 
 
@@ -112,8 +114,8 @@ def test_samples_blend_alike(call):
     ]
     for axes in ((azimuth,), (azimuth, elevation)):
         described = [{"name": axis.name, "values": axis.values} for axis in axes]
-        weights = call([("parameter-space", "blendWeights", [described, point]) for point in points])
-        order = call([("parameter-space", "samplesByDistance", [described, point]) for point in points])
+        weights = call([("maths/parameter-space", "blendWeights", [described, point]) for point in points])
+        order = call([("maths/parameter-space", "samplesByDistance", [described, point]) for point in points])
         for point, found, near in zip(points, weights, order, strict=True):
             expected = ParameterSpace(axes, orbit).blend_weights(point)
             assert [sample for sample, _ in found] == list(expected)
@@ -127,7 +129,7 @@ def test_half_floats_round_alike(call):
     values = np.concatenate([[0, 1, 65504, 1e9, 2**-24, 2**-25, 1.5 * 2**-24, 6.1e-5, 1 + 2**-11, 1 + 3 * 2**-11, 0.1],
                              2.0 ** random.uniform(-26, 16, 1000)]).astype(np.float32)  # fmt: skip
     values = values[: len(values) // 3 * 3]
-    (bits,) = call([("gpu/textures", "halfTexels", [values.tolist()])])
+    (bits,) = call([("gpu/device/textures", "halfTexels", [values.tolist()])])
     rgba = np.array(bits, np.uint16).reshape(-1, 4).view(np.float16)
     np.testing.assert_array_equal(rgba[:, :3].ravel(), np.clip(values, 0, 65504).astype(np.float16))
     np.testing.assert_array_equal(rgba[:, 3], 1)

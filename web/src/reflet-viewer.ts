@@ -1,6 +1,6 @@
 // Loading this script makes <reflet-viewer> known to the page.
 
-import { RefletViewer } from "./viewer";
+import { RefletViewer } from "./page/viewer";
 
 customElements.define("reflet-viewer", RefletViewer);
 

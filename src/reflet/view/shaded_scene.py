@@ -132,7 +132,7 @@ def write_shaded_scene(
 
 
 def material_to_json(material: SurfaceMaterial | str) -> dict[str, Any]:
-    """A material as the viewer has it (`web/src/material.ts`); a name is that of a map."""
+    """A material as the viewer has it (`web/src/scene/material.ts`); a name is that of a map."""
     match material:
         case str():
             return {"kind": "map", "map": material}

@@ -1,0 +1,215 @@
+// Scenes as reflet writes them in glTF, fetched over HTTP: meshes and materials. What makes a scene ours stands in an
+// extension, which others read.
+
+import { type Bounds, union, type Vec3 } from "../maths/vectors";
+
+const CLAMP_TO_EDGE = 33071;
+
+export interface PictureTexture {
+  readonly image: ImageBitmap;
+  readonly clamp: boolean;
+}
+
+export interface Material {
+  readonly baseColor: Vec3;
+  readonly metallic: number;
+  readonly emission: Vec3;
+  readonly normalScale: number;
+  readonly doubleSided: boolean;
+  readonly baseColorTexture: PictureTexture | undefined;
+  readonly metallicRoughnessTexture: PictureTexture | undefined;
+  readonly normalTexture: PictureTexture | undefined;
+  readonly emissionTexture: PictureTexture | undefined;
+}
+
+export interface Part {
+  readonly name: string;
+  readonly reflective: boolean;
+  readonly material: Material;
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  readonly indices: Uint32Array;
+  readonly uv: Float32Array | undefined;
+  readonly tangents: Float32Array | undefined;
+  readonly bounds: Bounds;
+}
+
+/** The box around everything, and that around what reflects. */
+export const sceneBounds = ({ parts }: { readonly parts: readonly Part[] }): Bounds =>
+  union(parts.map((part) => part.bounds));
+export const reflectiveBounds = ({ parts }: { readonly parts: readonly Part[] }): Bounds =>
+  union(parts.filter((part) => part.reflective).map((part) => part.bounds));
+
+/** An array in a binary file. */
+export interface ArrayDescription {
+  uri: string;
+  byteOffset: number;
+  shape: number[];
+}
+
+interface TextureSlot {
+  index: number;
+  scale?: number;
+}
+
+// The parts of scene.gltf that reflet writes and this viewer reads.
+interface Document {
+  nodes: { name: string; mesh: number }[];
+  meshes: { primitives: [{ attributes: Record<string, number>; indices: number; material: number }] }[];
+  accessors: { bufferView: number; count: number; type: string; min?: number[]; max?: number[] }[];
+  bufferViews: { buffer: number; byteOffset: number }[];
+  buffers: { uri: string }[];
+  images?: { uri: string }[];
+  samplers?: { wrapS: number }[];
+  textures?: { source: number; sampler: number }[];
+  materials: {
+    pbrMetallicRoughness: {
+      baseColorFactor: number[];
+      metallicFactor: number;
+      baseColorTexture?: TextureSlot;
+      metallicRoughnessTexture?: TextureSlot;
+    };
+    normalTexture?: TextureSlot;
+    emissiveTexture?: TextureSlot;
+    emissiveFactor?: number[];
+    doubleSided?: boolean;
+    extensions?: { KHR_materials_emissive_strength?: { emissiveStrength: number } };
+  }[];
+  extensions?: Record<string, unknown>;
+}
+
+const COMPONENTS: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
+
+/** Fetches a file; rejects with one sentence. */
+export async function fetchFile(address: string, signal?: AbortSignal): Promise<Response> {
+  const response = await fetch(address, signal ? { signal } : {}).catch((error: unknown) => {
+    if (signal?.aborted) throw error;
+    throw new Error(`${address} cannot be reached.`);
+  });
+  if (!response.ok) throw new Error(`${address} cannot be read: the server says ${response.status}.`);
+  return response;
+}
+
+/** A scene.gltf, and the files that it names. */
+export interface SceneFile {
+  readonly address: string;
+  readonly gltf: Document;
+  readonly files: Files;
+}
+
+/** Fetches a scene.gltf. Rejects with one sentence where it is none. */
+export async function openSceneFile(address: string): Promise<SceneFile> {
+  const base = new URL(address, document.baseURI);
+  const response = await fetchFile(base.href);
+  const gltf: Document = await response.json().catch(() => {
+    throw new Error(`${base.href} is truncated or no glTF file.`);
+  });
+  return { address, gltf, files: new Files((uri) => new URL(uri, base).href) };
+}
+
+/** What an extension of ours says; undefined where the scene lacks it. */
+export function extensionOf<T extends { version: number }>(
+  { address, gltf }: SceneFile,
+  name: string,
+  version: number,
+): T | undefined {
+  const extension = gltf.extensions?.[name] as T | undefined;
+  if (extension !== undefined && extension.version !== version) {
+    throw new Error(`${address} is of format version ${extension.version}; this viewer reads version ${version}.`);
+  }
+  return extension;
+}
+
+type NumberArray = Uint8Array | Uint32Array | Float32Array;
+interface ArrayOf<T extends NumberArray> {
+  new (buffer: ArrayBuffer, byteOffset: number, length: number): T;
+  readonly BYTES_PER_ELEMENT: number;
+}
+
+/** Binary files, each fetched once. */
+export class Files {
+  private readonly buffers = new Map<string, Promise<ArrayBuffer>>();
+
+  constructor(readonly resolve: (uri: string) => string) {}
+
+  async array<T extends NumberArray>(type: ArrayOf<T>, at: ArrayDescription): Promise<T> {
+    const count = at.shape.reduce((a, b) => a * b, 1);
+    let buffer = this.buffers.get(at.uri);
+    if (buffer === undefined) {
+      buffer = fetchFile(this.resolve(at.uri)).then((response) => response.arrayBuffer());
+      this.buffers.set(at.uri, buffer);
+    }
+    const data = await buffer;
+    if (at.byteOffset + count * type.BYTES_PER_ELEMENT > data.byteLength) throw new Error(`${at.uri} is truncated.`);
+    return new type(data, at.byteOffset, count);
+  }
+
+  async image(uri: string): Promise<ImageBitmap> {
+    const blob = await (await fetchFile(this.resolve(uri))).blob();
+    return createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" }).catch(() => {
+      throw new Error(`${uri} is damaged.`);
+    });
+  }
+}
+
+/** All parts of a scene; `reflective` are the numbers of those that reflect. */
+export async function readParts({ gltf, files }: SceneFile, reflective: Set<number>): Promise<Part[]> {
+  const images = await Promise.all((gltf.images ?? []).map((image) => files.image(image.uri)));
+  const textures = (gltf.textures ?? []).map((texture) => ({
+    image: images[texture.source] as ImageBitmap,
+    clamp: gltf.samplers?.[texture.sampler]?.wrapS === CLAMP_TO_EDGE,
+  }));
+  const materials = gltf.materials.map((item) => readMaterial(item, textures));
+  const accessor = <T extends NumberArray>(type: ArrayOf<T>, number: number): Promise<T> => {
+    const item = at(gltf.accessors, number);
+    const view = at(gltf.bufferViews, item.bufferView);
+    const shape = [item.count, COMPONENTS[item.type] ?? 1];
+    return files.array(type, { uri: at(gltf.buffers, view.buffer).uri, byteOffset: view.byteOffset, shape });
+  };
+  return Promise.all(
+    gltf.nodes.map(async (node, number) => {
+      const { attributes, indices, material } = at(gltf.meshes, node.mesh).primitives[0];
+      const floats = (name: string) => {
+        const index = attributes[name];
+        return index === undefined ? undefined : accessor(Float32Array, index);
+      };
+      const { min, max } = at(gltf.accessors, attributes.POSITION as number);
+      return {
+        name: node.name,
+        reflective: reflective.has(number),
+        material: at(materials, material),
+        positions: (await floats("POSITION")) as Float32Array,
+        normals: (await floats("NORMAL")) as Float32Array,
+        indices: await accessor(Uint32Array, indices),
+        uv: await floats("TEXCOORD_0"),
+        tangents: await floats("TANGENT"),
+        bounds: { lower: vec3(min as number[]), upper: vec3(max as number[]) },
+      };
+    }),
+  );
+}
+
+function readMaterial(item: Document["materials"][number], textures: PictureTexture[]): Material {
+  const surface = item.pbrMetallicRoughness;
+  const strength = item.extensions?.KHR_materials_emissive_strength?.emissiveStrength ?? 1;
+  const texture = (slot: TextureSlot | undefined) => (slot === undefined ? undefined : textures[slot.index]);
+  return {
+    baseColor: vec3(surface.baseColorFactor),
+    metallic: surface.metallicFactor,
+    emission: vec3((item.emissiveFactor ?? [0, 0, 0]).map((e) => e * strength)),
+    normalScale: item.normalTexture?.scale ?? 1,
+    doubleSided: item.doubleSided ?? false,
+    baseColorTexture: texture(surface.baseColorTexture),
+    metallicRoughnessTexture: texture(surface.metallicRoughnessTexture),
+    normalTexture: texture(item.normalTexture),
+    emissionTexture: texture(item.emissiveTexture),
+  };
+}
+
+function at<T>(items: readonly T[], index: number): T {
+  const item = items[index];
+  if (item === undefined) throw new Error("scene.gltf is damaged: it names something that it does not hold.");
+  return item;
+}
+
+const vec3 = (values: readonly number[]): Vec3 => [values[0] as number, values[1] as number, values[2] as number];

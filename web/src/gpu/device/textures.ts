@@ -1,0 +1,119 @@
+// Textures on the device: twin of reflet.render.device.textures.
+
+import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../../maths/parameterization";
+import { link } from "./shaders";
+
+const LARGEST_HALF = 65504;
+
+/** Fills all mip levels from the finest, with the renderer's own filter. */
+export function fillMipLevels(device: GPUDevice, texture: GPUTexture): void {
+  if (texture.mipLevelCount === 1) return;
+  const module = device.createShaderModule({ code: link("mipmap") });
+  const pipeline = device.createRenderPipeline({
+    layout: "auto",
+    vertex: { module, entryPoint: "vertex_mipmap" },
+    fragment: { module, entryPoint: "next_level", targets: [{ format: texture.format }] },
+  });
+  const sampler = device.createSampler({ magFilter: "linear", minFilter: "linear" });
+  const encoder = device.createCommandEncoder();
+  for (let level = 1; level < texture.mipLevelCount; level++) {
+    const view = (baseMipLevel: number) => texture.createView({ baseMipLevel, mipLevelCount: 1 });
+    const group = device.createBindGroup({
+      layout: pipeline.getBindGroupLayout(0),
+      entries: [
+        { binding: 0, resource: view(level - 1) },
+        { binding: 1, resource: sampler },
+      ],
+    });
+    const pass = encoder.beginRenderPass({
+      colorAttachments: [{ view: view(level), loadOp: "clear", storeOp: "store" }],
+    });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, group);
+    pass.draw(3);
+    pass.end();
+  }
+  device.queue.submit([encoder.finish()]);
+}
+
+/** An empty 2D texture; with all mip levels if asked. */
+export function createPicture(
+  device: GPUDevice,
+  width: number,
+  height: number,
+  format: GPUTextureFormat,
+  mipMapped: boolean,
+): GPUTexture {
+  const largest = device.limits.maxTextureDimension2D;
+  if (Math.max(width, height) > largest) {
+    throw new Error(`A texture of ${width}×${height} is larger than this device takes: at most ${largest}×${largest}.`);
+  }
+  return device.createTexture({
+    size: [width, height],
+    format,
+    mipLevelCount: mipMapped ? Math.floor(Math.log2(Math.max(width, height))) + 1 : 1,
+    usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST | GPUTextureUsage.RENDER_ATTACHMENT,
+  });
+}
+
+/** An array of maps with all mip levels, empty; each face of each slot is an array layer. */
+export function createMapArray(device: GPUDevice, shape: MapShape, slots: number): GPUTexture {
+  const { size } = shape;
+  const { aspect, faceCount } = PARAMETERIZATIONS[shape.parameterization];
+  const largest = device.limits.maxTextureDimension2D;
+  if (aspect * size > largest) {
+    throw new Error(`A map of ${aspect * size}×${size} texels is larger than this device takes: at most ${largest}².`);
+  }
+  return device.createTexture({
+    size: [aspect * size, size, faceCount * slots],
+    format: "rgba16float",
+    mipLevelCount: levelCount(shape),
+    usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST,
+  });
+}
+
+/** The view that shaders look maps up in: cubes have a texture kind of their own. */
+export const mapArrayView = (texture: GPUTexture, parameterization: ParameterizationName): GPUTextureView =>
+  texture.createView({ dimension: parameterization === "cube" ? "cube-array" : "2d-array" });
+
+/** Writes a map with all its mip levels into a slot of an array. */
+export function writeMap(
+  device: GPUDevice,
+  texture: GPUTexture,
+  slot: number,
+  { parameterization, size }: MapShape,
+  levels: readonly Uint8Array[],
+): void {
+  const { aspect, faceCount } = PARAMETERIZATIONS[parameterization];
+  levels.forEach((level, mipLevel) => {
+    const rows = size >> mipLevel;
+    device.queue.writeTexture(
+      { texture, mipLevel, origin: [0, 0, faceCount * slot] },
+      level as Uint8Array<ArrayBuffer>,
+      { bytesPerRow: 8 * aspect * rows, rowsPerImage: rows },
+      [aspect * rows, rows, faceCount],
+    );
+  });
+}
+
+/** RGB as half-float RGBA, alpha 1, clamped to what half floats hold. */
+export function halfTexels(rgb: Float32Array): Uint16Array<ArrayBuffer> {
+  const out = new Uint16Array((rgb.length / 3) * 4).fill(halfFromFloat(1));
+  for (let k = 0; k < rgb.length; k++) {
+    const value = Math.min(Math.max(rgb[k] as number, 0), LARGEST_HALF);
+    out[Math.floor(k / 3) * 4 + (k % 3)] = halfFromFloat(value);
+  }
+  return out;
+}
+
+/** The bits of the half float nearest to a number from 0 to 65504, ties to even. */
+function halfFromFloat(value: number): number {
+  // From 2^e on, halves lie 2^(e-10) apart, below 2^-14 always 2^-24; Math.round with ties fixed up makes them whole.
+  const exponent = Math.max(Math.floor(Math.log2(value || 1e-30)), -14);
+  const steps = value * 2 ** (10 - exponent);
+  const floor = Math.floor(steps);
+  const fraction = steps - floor;
+  const whole = fraction > 0.5 || (fraction === 0.5 && floor % 2 === 1) ? floor + 1 : floor;
+  // Whole steps count on from the exponent's first value; a carry into the next exponent comes out right by itself.
+  return ((exponent + 14) << 10) + whole;
+}

@@ -1,0 +1,68 @@
+// All pipelines of PEM playback, compiled once when the viewer opens.
+
+import { PARAMETERIZATIONS } from "../../maths/parameterization";
+import type { Layer } from "../../scene/pem";
+import { createScreenPipeline } from "../device/picture-sum";
+import { link } from "../device/shaders";
+import { DEPTH } from "../device/target";
+
+export interface Pipelines {
+  /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
+  readonly picture: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
+  readonly backdrop: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
+  readonly mapView: GPURenderPipeline;
+}
+
+export async function createPipelines(
+  device: GPUDevice,
+  frame: GPUBindGroupLayout,
+  part: GPUBindGroupLayout,
+  screen: GPUTextureFormat,
+  layers: readonly Layer[],
+): Promise<Pipelines> {
+  const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
+  const picture = module("picture");
+  const backdrop = module("backdrop");
+
+  // Code for other parameterizations than the layers' own costs nothing then.
+  const constants: Record<string, number> = {};
+  for (const kind of ["distant", "local"] as const) {
+    const names = new Set(layers.filter((layer) => layer.kind === kind).map((layer) => layer.parameterization));
+    const [name = "cube"] = names;
+    if (names.size <= 1) constants[`${kind.toUpperCase()}_PARAMETERIZATION`] = PARAMETERIZATIONS[name].kind;
+  }
+
+  const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean) =>
+    device.createRenderPipelineAsync({
+      layout: device.createPipelineLayout({ bindGroupLayouts: name === "picture" ? [frame, part] : [frame] }),
+      vertex: {
+        module: shader,
+        entryPoint: name === "backdrop" ? "vertex_backdrop" : multi ? "vertex_multi_fast" : "vertex_single",
+      },
+      fragment: {
+        module: shader,
+        entryPoint: `${name}_${!multi ? "single" : name === "picture" ? "multi_fast" : "multi"}`,
+        targets: [{ format: multi ? "rgba16float" : "rgba32float" }],
+        ...(name === "picture" ? { constants } : {}),
+      },
+      multisample: { count: multi ? 4 : 1 },
+      depthStencil: {
+        format: DEPTH,
+        depthWriteEnabled: name === "picture",
+        depthCompare: name === "picture" ? "greater" : "greater-equal",
+      },
+    });
+
+  const [single, multi, backdropSingle, backdropMulti, mapView] = await Promise.all([
+    drawn(picture, "picture", false),
+    drawn(picture, "picture", true),
+    drawn(backdrop, "backdrop", false),
+    drawn(backdrop, "backdrop", true),
+    createScreenPipeline(device, "map_view", "vertex_map_view", "map_view", screen),
+  ]);
+  return {
+    picture: { single, multi },
+    backdrop: { single: backdropSingle, multi: backdropMulti },
+    mapView,
+  };
+}

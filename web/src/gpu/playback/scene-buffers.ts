@@ -1,0 +1,197 @@
+// The scene on the device, and the bind groups of its draw calls: twin of reflet.render.playback.scene_buffers.
+
+import type { Part, PictureTexture } from "../../files/gltf";
+import type { Geometry } from "../../maths/geometry";
+import type { Pem } from "../../scene/pem";
+import { createMapArray, createPicture, fillMipLevels, halfTexels, mapArrayView } from "../device/textures";
+import {
+  type BoundLayer,
+  FRAME_BYTES,
+  frameLayout,
+  PART_BYTES,
+  partLayout,
+  partUniform,
+  TRIANGLE_ON_HULL,
+} from "./layouts";
+
+export class SceneBuffers {
+  readonly frameUniform: GPUBuffer;
+  readonly frameGroup: GPUBindGroup;
+  readonly partGroups: readonly GPUBindGroup[];
+  readonly layouts: { readonly frame: GPUBindGroupLayout; readonly part: GPUBindGroupLayout };
+  /** Number of the first triangle of each part, and at the end the number of all. */
+  readonly triangleOffsets: readonly number[];
+  private readonly partUniforms: readonly GPUBuffer[];
+  private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
+  private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
+
+  /** `arrays` are the maps of the PEM's layers. */
+  constructor(
+    private readonly device: GPUDevice,
+    private readonly pem: Pem,
+    arrays: readonly GPUTexture[],
+  ) {
+    this.layouts = { frame: frameLayout(device), part: partLayout(device) };
+    let triangles = 0;
+    this.triangleOffsets = [0, ...pem.parts.map((part) => (triangles += part.indices.length / 3))];
+    this.frameUniform = this.uniform(FRAME_BYTES);
+    this.frameGroup = this.createFrameGroup();
+    this.partUniforms = pem.parts.map(() => this.uniform(PART_BYTES));
+    this.partGroups = this.createPartGroups(arrays);
+    this.setDistantGeometries(pem.layers.map((layer) => layer.geometry));
+  }
+
+  /** Lookups of distant layers meet these geometries (one for each layer; local layers keep their own). */
+  setDistantGeometries(geometries: readonly Geometry[]): void {
+    this.pem.parts.forEach((part, number) => {
+      const bound = (kind: "distant" | "local"): BoundLayer | undefined => {
+        const index = this.layerOf(number, kind);
+        const layer = this.pem.layers[index];
+        return layer && { layer, geometry: kind === "distant" ? (geometries[index] as Geometry) : layer.geometry };
+      };
+      const data = partUniform(part, bound("distant"), bound("local"));
+      this.device.queue.writeBuffer(this.partUniforms[number] as GPUBuffer, 0, data);
+    });
+  }
+
+  private layerOf(part: number, kind: "distant" | "local"): number {
+    return this.pem.layers.findIndex((layer) => layer.kind === kind && layer.parts.includes(part));
+  }
+
+  private uniform(size: number): GPUBuffer {
+    return this.device.createBuffer({ size, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+  }
+
+  private createFrameGroup(): GPUBindGroup {
+    const { colourGrids, radiosity, parts, onHull } = this.pem;
+    const grids = new Uint32Array(2 * colourGrids.resolution.length);
+    colourGrids.resolution.forEach((resolution, k) => {
+      grids.set([resolution, colourGrids.offset[k] as number], 2 * k);
+    });
+    const buffers = [packVertices(parts), packTriangles(parts, onHull), grids, radiosity];
+    const sampler = this.device.createSampler({
+      ...{ addressModeU: "repeat", magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" },
+    });
+    return this.device.createBindGroup({
+      layout: this.layouts.frame,
+      entries: [
+        { binding: 0, resource: { buffer: this.frameUniform } },
+        ...buffers.map((data, k) => ({ binding: 1 + k, resource: { buffer: this.storage(data) } })),
+        { binding: 5, resource: this.environment().createView() },
+        { binding: 6, resource: sampler },
+      ],
+    });
+  }
+
+  private storage(data: Float32Array | Uint32Array): GPUBuffer {
+    // A binding may not be empty; a scene without mesh colours is allowed.
+    const buffer = this.device.createBuffer({
+      size: Math.max(data.byteLength, 16),
+      usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST,
+    });
+    this.device.queue.writeBuffer(buffer, 0, data as Float32Array<ArrayBuffer>);
+    return buffer;
+  }
+
+  private environment(): GPUTexture {
+    const { width, height, radiance } = this.pem.environment ?? { width: 1, height: 1, radiance: new Float32Array(3) };
+    const texture = createPicture(this.device, width, height, "rgba16float", true);
+    this.device.queue.writeTexture({ texture }, halfTexels(radiance), { bytesPerRow: 8 * width }, [width, height]);
+    fillMipLevels(this.device, texture);
+    return texture;
+  }
+
+  private createPartGroups(arrays: readonly GPUTexture[]): GPUBindGroup[] {
+    const none = createMapArray(this.device, { parameterization: "cube", size: 1 }, 1); // six layers: any view fits
+    // A layer's maps if they are cubes, or if they are not; else a map of one black texel.
+    const maps = (layer: number, cubes: boolean): GPUTextureView => {
+      const parameterization = this.pem.layers[layer]?.parameterization;
+      return parameterization !== undefined && (parameterization === "cube") === cubes
+        ? mapArrayView(arrays[layer] as GPUTexture, parameterization)
+        : none.createView({ dimension: cubes ? "cube-array" : "2d-array" });
+    };
+    const sampler = (mode: GPUAddressMode) =>
+      this.device.createSampler({
+        ...{ addressModeU: mode, addressModeV: mode },
+        ...{ magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" },
+      });
+    const repeating = sampler("repeat");
+    const clamping = sampler("clamp-to-edge");
+    const samplerOf = (texture: PictureTexture | undefined) => (texture?.clamp ? clamping : repeating);
+    return this.pem.parts.map((part, number) => {
+      const [distant, local] = [this.layerOf(number, "distant"), this.layerOf(number, "local")];
+      const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = part.material;
+      const resources: GPUBindingResource[] = [
+        { buffer: this.partUniforms[number] as GPUBuffer },
+        this.picture(baseColorTexture, true),
+        this.picture(metallicRoughnessTexture, false),
+        this.picture(normalTexture, false),
+        this.picture(emissionTexture, true),
+        samplerOf(baseColorTexture),
+        samplerOf(emissionTexture),
+        maps(distant, true),
+        maps(local, true),
+        clamping,
+        maps(distant, false),
+        maps(local, false),
+      ];
+      const entries = resources.map((resource, binding) => ({ binding, resource }));
+      return this.device.createBindGroup({ layout: this.layouts.part, entries });
+    });
+  }
+
+  private picture(texture: PictureTexture | undefined, srgb: boolean): GPUTextureView {
+    const pictures = srgb ? this.srgbPictures : this.pictures;
+    let picture = pictures.get(texture?.image);
+    if (picture === undefined) {
+      picture = this.uploadPicture(texture?.image, srgb);
+      pictures.set(texture?.image, picture);
+    }
+    return picture.createView();
+  }
+
+  private uploadPicture(image: ImageBitmap | undefined, srgb: boolean): GPUTexture {
+    const format = srgb ? "rgba8unorm-srgb" : "rgba8unorm";
+    const [width, height] = image ? [image.width, image.height] : [1, 1];
+    const texture = createPicture(this.device, width, height, format, srgb);
+    if (image) {
+      this.device.queue.copyExternalImageToTexture({ source: image }, { texture }, [width, height]);
+    } else {
+      this.device.queue.writeTexture({ texture }, new Uint8Array(4).fill(255), {}, [1, 1]);
+    }
+    fillMipLevels(this.device, texture);
+    return texture;
+  }
+}
+
+/** Three vec4f a vertex: (position, u) (normal, v) (tangent). */
+function packVertices(parts: readonly Part[]): Float32Array {
+  const count = parts.reduce((sum, part) => sum + part.positions.length / 3, 0);
+  const out = new Float32Array(12 * count);
+  let at = 0;
+  for (const { positions, normals, uv, tangents } of parts) {
+    for (let k = 0; k < positions.length / 3; k++, at += 12) {
+      out.set(positions.subarray(3 * k, 3 * k + 3), at);
+      out.set(normals.subarray(3 * k, 3 * k + 3), at + 4);
+      if (uv) [out[at + 3], out[at + 7]] = [uv[2 * k] as number, uv[2 * k + 1] as number];
+      if (tangents) out.set(tangents.subarray(4 * k, 4 * k + 4), at + 8);
+    }
+  }
+  return out;
+}
+
+/** One vec4u a triangle: three vertex numbers through all parts, bits. */
+function packTriangles(parts: readonly Part[], onHull: Uint8Array): Uint32Array {
+  const out = new Uint32Array(4 * onHull.length);
+  let [firstVertex, triangle] = [0, 0];
+  for (const { indices, positions } of parts) {
+    for (let k = 0; k < indices.length; k += 3, triangle++) {
+      for (let corner = 0; corner < 3; corner++) {
+        out[4 * triangle + corner] = firstVertex + (indices[k + corner] as number);
+      }
+      out[4 * triangle + 3] = onHull[triangle] ? TRIANGLE_ON_HULL : 0;
+    }
+    firstVertex += positions.length / 3;
+  }
+  return out;
+}

@@ -1,0 +1,30 @@
+// What the user can choose of a PEM's picture.
+
+import type { Kind } from "../maths/geometry";
+import { NORMAL_EXPOSURE, type ToneCurve } from "../maths/tone";
+import type { Shown } from "../scene/pem";
+
+export interface Settings {
+  view: "picture" | "maps";
+  /** Layer whose maps are shown flat. */
+  layer: number;
+  /** Blend the samples around the view, or show the nearest alone. */
+  blend: boolean;
+  shown: Shown;
+  /** Geometry that lookups of the distant maps meet, and its size relative to that of the bake. */
+  geometry: Kind | "baked";
+  growth: number;
+  exposure: number;
+  curve: ToneCurve;
+}
+
+export const defaultSettings = (): Settings => ({
+  view: "picture",
+  layer: 0,
+  blend: true,
+  shown: { diffuse: true, fresnel: true, distant: true, local: true },
+  geometry: "baked",
+  growth: 1,
+  exposure: NORMAL_EXPOSURE,
+  curve: "exponential",
+});

@@ -1,0 +1,226 @@
+// Draws on a canvas whenever something changes: at once, coarsely if need be; then, at rest, with all sub-samples.
+
+import type { PictureSum } from "../gpu/device/picture-sum";
+import { type Camera, cameraAt, type Orbit, pointOf, type ViewPoint } from "../maths/camera";
+import type { Tone } from "../maths/tone";
+import type { Form } from "../panels/form";
+import type { Settings } from "../panels/settings";
+import type { ShadingSettings } from "../panels/shading-settings";
+import { type Surroundings, ViewLimits } from "../scene/view-limits";
+
+const MOST_PIXELS = 3 * 2 ** 20; // of the picture: bounds its textures to some 320 MB
+const COARSEST = 4; // pixels of the screen along the edge of one drawn in motion
+const SLOW_MS = 50; // a frame in motion that takes longer makes the next one coarser
+const FAST_MS = 12; // four times as many pixels will not be slow
+const REST_MS = 120; // without change, before the picture is refined
+const SMOOTHED_FRAMES = 8; // in the frame time that is shown
+const MULTISAMPLES = 4;
+
+/** The picture as numbers, for tests and figures. */
+export interface RawFrame {
+  width: number;
+  height: number;
+  /** Linear radiance and coverage, four floats a pixel, row by row from the top. */
+  radiance: Float32Array;
+}
+
+export interface Listener {
+  /** A first picture is on the screen. */
+  shown(): void;
+  status(text: string): void;
+  failed(message: string): void;
+}
+
+/** What players have in common: the camera, and when to draw. Settings and drawing are theirs. */
+export abstract class Player {
+  /** Width at the right side of the canvas that something else covers, in the page's pixels. */
+  covered = 0;
+  abstract readonly panel: Form;
+  abstract readonly settings: Settings | ShadingSettings;
+  protected point: ViewPoint;
+  protected abstract readonly sampleCount: number; // a pixel, at rest
+  protected abstract readonly sum: PictureSum;
+  protected abstract readonly tone: Tone;
+  private readonly orbit: Orbit;
+  private readonly limits: ViewLimits;
+  private changed = false;
+  private lastChange = 0;
+  private samplesAtRest = 0; // of the picture being refined
+  private refining = false;
+  private awake = false;
+  private coarseness = COARSEST;
+  private frameMs = 0;
+  private frameSize = "";
+
+  protected constructor(
+    protected readonly canvas: HTMLCanvasElement,
+    private readonly context: GPUCanvasContext,
+    protected readonly device: GPUDevice,
+    scene: Surroundings,
+    protected readonly listener: Listener,
+  ) {
+    this.orbit = scene.orbit;
+    this.point = pointOf(scene.orbit);
+    this.limits = new ViewLimits(scene);
+  }
+
+  /** Changes some of the settings. */
+  abstract configure(settings: object): void;
+  /** Whether all that the present view needs is here. */
+  abstract get complete(): boolean;
+  /** Draws four samples a pixel at once. Returns whether there was anything to draw. */
+  protected abstract drawMultisampled(camera: Camera): boolean;
+  protected abstract drawNextSample(camera: Camera, sampleCount: number, first: boolean): void;
+  /** The first lines of what the panel says. */
+  protected abstract facts(): string[];
+
+  get viewpoint(): ViewPoint {
+    return { ...this.point };
+  }
+
+  set viewpoint(point: Partial<ViewPoint>) {
+    this.point = this.limits.clamp({ ...this.point, ...point });
+    this.invalidate();
+  }
+
+  /** Back to the orbit's own point. */
+  home(): void {
+    this.point = pointOf(this.orbit);
+    this.invalidate();
+  }
+
+  /** A drag with shift held, in degrees. Returns whether that means anything here. */
+  shiftDrag(_degrees: number): boolean {
+    return false;
+  }
+
+  /** Switches a lamp, where there may be one. */
+  toggleLamp(): void {}
+
+  /** Moves it, in degrees of azimuth. */
+  moveLamp(_degrees: number): void {}
+
+  /** Something changed: draws soon. */
+  invalidate(): void {
+    this.changed = true;
+    this.lastChange = performance.now();
+    this.wake();
+  }
+
+  /** Whether the screen shows all that it should, with all sub-samples. */
+  get settled(): boolean {
+    return this.complete && !this.changed && !this.refining;
+  }
+
+  /** Draws the present view at another size: `samples` a pixel one by one, or four in one pass. */
+  async rawFrame(width: number, height: number, samples: number | "multisampled"): Promise<RawFrame> {
+    const camera = this.camera(width, height);
+    if (samples === "multisampled") this.drawMultisampled(camera);
+    else for (let k = 0; k < samples; k++) this.drawNextSample(camera, samples, k === 0);
+    const reading = this.sum.read();
+    this.invalidate(); // the sum of the picture on the screen is gone
+    return { width, height, radiance: await reading };
+  }
+
+  /** Draws at once what is in motion. Returns whether the picture has to be refined. */
+  protected drawMoving(): boolean {
+    const full = this.fullSize();
+    const width = Math.ceil(full.width / this.coarseness);
+    const height = Math.ceil(full.height / this.coarseness);
+    if (!this.drawMultisampled(this.shownCamera(width, height))) return false;
+    this.sum.display(this.screen(width, height), this.tone);
+    this.listener.shown();
+    return true;
+  }
+
+  /** The canvas at a number of pixels; the page stretches it over its place. */
+  protected screen(width: number, height: number): GPUTextureView {
+    if (this.samplesAtRest === 0) this.frameSize = `${width} × ${height}`;
+    if (this.canvas.width !== width) this.canvas.width = width;
+    if (this.canvas.height !== height) this.canvas.height = height;
+    return this.context.getCurrentTexture().createView();
+  }
+
+  protected fullSize(): { width: number; height: number } {
+    const { clientWidth, clientHeight } = this.canvas;
+    const pixels = clientWidth * clientHeight * devicePixelRatio ** 2;
+    const ratio = devicePixelRatio * Math.min(1, Math.sqrt(MOST_PIXELS / Math.max(pixels, 1)));
+    return {
+      width: Math.max(Math.round(clientWidth * ratio), 1),
+      height: Math.max(Math.round(clientHeight * ratio), 1),
+    };
+  }
+
+  protected tellStatus(): void {
+    const { azimuth_deg, elevation_deg, distance } = this.point;
+    this.listener.status(
+      [
+        `Azimuth ${azimuth_deg.toFixed(1)}°, elevation ${elevation_deg.toFixed(1)}°`,
+        `Distance ${distance.toFixed(2)} m`,
+        ...this.facts(),
+        `${this.frameMs.toFixed(this.frameMs < 100 ? 1 : 0)} ms a frame of ${this.frameSize}`,
+      ].join("\n"),
+    );
+  }
+
+  private camera(width: number, height: number): Camera {
+    return cameraAt(this.orbit, this.point, width, height);
+  }
+
+  /** The camera of what is on the screen: the target stands in the middle of what nothing covers, if that is most of it. */
+  private shownCamera(width: number, height: number): Camera {
+    const share = this.covered / this.canvas.clientWidth;
+    return { ...this.camera(width, height), shift: share < 0.5 ? (share * width) / 2 : 0 };
+  }
+
+  private wake(): void {
+    if (this.awake) return;
+    this.awake = true;
+    requestAnimationFrame(() => void this.frame());
+  }
+
+  private async frame(): Promise<void> {
+    const start = performance.now();
+    const { changed } = this;
+    if (changed) {
+      this.changed = false;
+      this.samplesAtRest = 0;
+      this.refining = this.drawMoving();
+    } else if (this.refining && start - this.lastChange >= REST_MS) {
+      this.refine();
+    }
+    await this.device.queue.onSubmittedWorkDone(); // never more than one frame ahead: input is answered at once
+    if (changed) this.measure(performance.now() - start);
+    this.tellStatus();
+    this.awake = false;
+    if (this.changed || this.refining) this.wake();
+  }
+
+  /** Adds one sub-sample of the pattern; shown as soon as there are as many as in motion. */
+  private refine(): void {
+    const { width, height } = this.fullSize();
+    this.drawNextSample(this.shownCamera(width, height), this.sampleCount, this.samplesAtRest === 0);
+    this.samplesAtRest += 1;
+    if (this.samplesAtRest >= Math.min(MULTISAMPLES, this.sampleCount)) {
+      this.sum.display(this.screen(width, height), this.tone);
+    }
+    this.refining = this.samplesAtRest < this.sampleCount;
+  }
+
+  private measure(ms: number): void {
+    this.frameMs += (ms - this.frameMs) / (this.frameMs === 0 ? 1 : SMOOTHED_FRAMES);
+    if (ms > SLOW_MS) this.coarseness = Math.min(2 * this.coarseness, COARSEST);
+    else if (ms < FAST_MS) this.coarseness = Math.max(this.coarseness / 2, 1);
+  }
+}
+
+/** The canvas as a place to draw on, and its format. */
+export function canvasFor(
+  canvas: HTMLCanvasElement,
+  device: GPUDevice,
+): { context: GPUCanvasContext; format: GPUTextureFormat } {
+  const context = canvas.getContext("webgpu") as GPUCanvasContext;
+  const format = navigator.gpu.getPreferredCanvasFormat();
+  context.configure({ device, format, alphaMode: "opaque" });
+  return { context, format };
+}

@@ -1,0 +1,143 @@
+// Shows a mesh of any material in an environment that can be turned.
+
+import type { PictureSum } from "../gpu/device/picture-sum";
+import type { Rotation } from "../gpu/maps/env-map";
+import { MaterialRenderer, type MaterialView } from "../gpu/materials/material-renderer";
+import type { Camera } from "../maths/camera";
+import { NORMAL_EXPOSURE, type Tone } from "../maths/tone";
+import { MaterialPanel } from "../panels/material-panel";
+import type { ShadingSettings } from "../panels/shading-settings";
+import { firstLamp, type LampSettings, lampOf, wrapped } from "../scene/lamp";
+import type { ShadedScene } from "../scene/shaded-scene";
+import { canvasFor, type Listener, Player } from "./player";
+
+const SAMPLES_AT_REST = 16;
+const CIRCLING_DEGREES_PER_MS = 0.03;
+
+/** `map_from_world` of an environment turned about the vertical: twin of reflet.shade.turn_about_vertical. */
+export function turnAboutVertical(degrees: number): Rotation {
+  const [cosine, sine] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return [
+    [cosine, 0, -sine],
+    [0, 1, 0],
+    [sine, 0, cosine],
+  ];
+}
+
+export class Shading extends Player {
+  readonly panel: MaterialPanel;
+  readonly complete = true;
+  protected readonly sampleCount = SAMPLES_AT_REST;
+  readonly settings: ShadingSettings;
+  private renderer!: MaterialRenderer;
+  private circled = 0; // when the lamp last moved by itself
+
+  private constructor(
+    canvas: HTMLCanvasElement,
+    context: GPUCanvasContext,
+    device: GPUDevice,
+    private readonly scene: ShadedScene,
+    listener: Listener,
+  ) {
+    super(canvas, context, device, scene, listener);
+    this.settings = {
+      material: scene.materials[0],
+      turn: 0,
+      lamp: firstLamp(),
+      backdrop: true,
+      exposure: NORMAL_EXPOSURE,
+      curve: "exponential",
+    };
+    this.panel = new MaterialPanel(
+      scene,
+      this.settings,
+      () => this.invalidate(),
+      () => this.home(),
+    );
+  }
+
+  /** Ready to draw; nothing is drawn before `invalidate`. */
+  static async create(
+    canvas: HTMLCanvasElement,
+    device: GPUDevice,
+    scene: ShadedScene,
+    listener: Listener,
+  ): Promise<Shading> {
+    const { context, format } = canvasFor(canvas, device);
+    const shading = new Shading(canvas, context, device, scene, listener);
+    shading.renderer = await MaterialRenderer.create(device, scene, format);
+    return shading;
+  }
+
+  configure({ lamp, ...settings }: Partial<Omit<ShadingSettings, "lamp">> & { lamp?: Partial<LampSettings> }): void {
+    Object.assign(this.settings, settings);
+    Object.assign(this.settings.lamp, lamp);
+    this.panel.show();
+    this.invalidate();
+  }
+
+  /** The light follows the pointer: what is in front of it goes to the right, what is behind to the left. */
+  override shiftDrag(degrees: number): boolean {
+    this.configure({ turn: wrapped(this.settings.turn + degrees) });
+    return true;
+  }
+
+  override toggleLamp(): void {
+    this.configure({ lamp: { on: !this.settings.lamp.on } });
+  }
+
+  override moveLamp(degrees: number): void {
+    const { on, azimuth } = this.settings.lamp;
+    if (on) this.configure({ lamp: { azimuth: wrapped(azimuth + degrees) } });
+  }
+
+  /** A circling lamp asks for the next frame as soon as one is drawn. */
+  protected override drawMoving(): boolean {
+    const now = performance.now();
+    if (this.lampShows && this.settings.lamp.circling) {
+      this.moveLamp(CIRCLING_DEGREES_PER_MS * Math.min(now - this.circled, 100));
+    }
+    this.circled = now;
+    return super.drawMoving();
+  }
+
+  private get lampShows(): boolean {
+    const { lamp, material } = this.settings;
+    return lamp.on && material.kind !== "map";
+  }
+
+  /** Drawings are no light: they are shown as they are, unless the exposure is changed. */
+  protected get tone(): Tone {
+    const { material, exposure, curve } = this.settings;
+    return material.kind === "map" ? { exposure: exposure / NORMAL_EXPOSURE, curve: "linear" } : { exposure, curve };
+  }
+
+  protected get sum(): PictureSum {
+    return this.renderer.sum;
+  }
+
+  protected drawMultisampled(camera: Camera): boolean {
+    this.renderer.drawMultisampled(this.view(camera));
+    return true;
+  }
+
+  protected drawNextSample(camera: Camera, sampleCount: number, first: boolean): void {
+    this.renderer.drawNextSample(this.view(camera), sampleCount, first);
+  }
+
+  protected facts(): string[] {
+    const triangles = this.scene.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
+    return [`${triangles.toLocaleString("en")} triangles`];
+  }
+
+  private view(camera: Camera): MaterialView {
+    const { material, turn, backdrop, lamp } = this.settings;
+    return {
+      camera,
+      material,
+      mapFromWorld: turnAboutVertical(turn),
+      backdrop,
+      lamp: this.lampShows ? lampOf(lamp) : undefined,
+    };
+  }
+}

@@ -1,0 +1,101 @@
+// Opens a PEM's folder over HTTP: everything but its maps. FORMAT.md describes the files.
+
+import { type ArrayDescription, extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
+import { type Orbit, type OrbitDescription, readOrbit } from "../maths/camera";
+import type { Geometry } from "../maths/geometry";
+import type { Axis } from "../maths/parameter-space";
+import { isParameterization, type ParameterizationName } from "../maths/parameterization";
+
+const EXTENSION = "REFLET_parameterized_environment_map";
+const VERSION = 1;
+
+export interface Layer {
+  readonly name: string;
+  readonly kind: "distant" | "local";
+  readonly parts: readonly number[];
+  readonly size: number;
+  readonly parameterization: ParameterizationName;
+  readonly geometry: Geometry;
+}
+
+export interface Environment {
+  readonly width: number;
+  readonly height: number;
+  readonly radiance: Float32Array;
+}
+
+export interface Pem {
+  readonly parts: readonly Part[];
+  readonly axes: readonly Axis[];
+  readonly orbit: Orbit;
+  readonly layers: readonly Layer[];
+  /** Addresses of the map files, by sample and layer. */
+  readonly maps: readonly (readonly string[])[];
+  readonly lodBias: number;
+  readonly sampleCount: number;
+  readonly onHull: Uint8Array;
+  readonly colourGrids: { readonly resolution: Uint32Array; readonly offset: Uint32Array };
+  readonly radiosity: Float32Array;
+  readonly environment: Environment | undefined;
+}
+
+/** What is shown of the reflection. */
+export interface Shown {
+  diffuse: boolean;
+  fresnel: boolean;
+  distant: boolean;
+  local: boolean;
+}
+
+interface Extension {
+  version: number;
+  reflective: number[];
+  parameterSpace: {
+    axes: Axis[];
+    orbit: OrbitDescription;
+  };
+  layers: (Omit<Layer, "parameterization"> & { parameterization?: string })[];
+  samples: { maps: string[] }[];
+  lodBias: number;
+  sampleCount: number;
+  onHull: ArrayDescription;
+  irradiance: { resolution: ArrayDescription; offset: ArrayDescription; radiosity: ArrayDescription };
+  environment?: ArrayDescription;
+}
+
+/** The PEM in a scene.gltf; undefined where it holds none. Rejects with one sentence where it cannot be read. */
+export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
+  const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
+  if (extension === undefined) return undefined;
+  const { files } = scene;
+  const [parts, onHull, resolution, offset, radiosity, environment] = await Promise.all([
+    readParts(scene, new Set(extension.reflective)),
+    files.array(Uint8Array, extension.onHull),
+    files.array(Uint32Array, extension.irradiance.resolution),
+    files.array(Uint32Array, extension.irradiance.offset),
+    files.array(Float32Array, extension.irradiance.radiosity),
+    extension.environment && files.array(Float32Array, extension.environment),
+  ]);
+  const [height, width] = extension.environment?.shape ?? [];
+  return {
+    parts,
+    axes: extension.parameterSpace.axes,
+    orbit: readOrbit(extension.parameterSpace.orbit),
+    layers: extension.layers.map(readLayer),
+    maps: extension.samples.map((sample) => sample.maps.map(files.resolve)),
+    lodBias: extension.lodBias,
+    sampleCount: extension.sampleCount,
+    onHull,
+    colourGrids: { resolution, offset },
+    radiosity,
+    environment: environment && { width: width as number, height: height as number, radiance: environment },
+  };
+}
+
+function readLayer(item: Extension["layers"][number]): Layer {
+  const { parameterization = "cube" } = item; // written since there are others
+  if (!isParameterization(parameterization)) {
+    throw new Error(`The maps of ${item.name} are ${parameterization} maps, which this viewer does not know.`);
+  }
+  return { ...item, parameterization };
+}
