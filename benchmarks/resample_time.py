@@ -81,7 +81,7 @@ def error(image: EnvImage, out: np.ndarray) -> float:
     """RMS difference to the exact footprint means on cube faces, over the standard deviation of those."""
     exact = np.empty_like(out)
     source = padded(image.parameterization, image.texels)
-    footprint_means(source, image.parameterization.kind, PARAMETERIZATIONS["cube"].kind, exact, 24.0)
+    footprint_means(source, image.parameterization.kind, PARAMETERIZATIONS["cube"].kind, np.eye(3), exact, 24.0)
     return float(np.sqrt(np.mean((out - exact) ** 2)) / exact.std())
 
 

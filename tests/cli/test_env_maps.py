@@ -322,3 +322,23 @@ def test_a_terminal_with_colours_gets_a_picture(studio: Path, monkeypatch: pytes
 
 def test_the_command_list_names_the_verbs() -> None:
     assert {"convert", "info", "join", "sampling"} <= set(command_line.commands.commands)
+
+
+def test_convert_turns_as_shade_does(studio: Path, tmp_path: Path) -> None:
+    assert reflet("convert", studio, tmp_path / "turned.exr", "--turn", "90") == 0
+    before, after = read_env_image(studio).texels, read_env_image(tmp_path / "turned.exr").texels
+    np.testing.assert_array_equal(after, np.roll(before, -before.shape[2] // 4, axis=2))
+    # what every level of a file holds is turned, not filtered anew
+    levels = [EnvImage(CUBE, np.full((6, 4 >> k, 4 >> k, 3), float(k + 1), np.float32)) for k in range(3)]
+    write_env_image(tmp_path / "a.ktx2", levels)
+    assert reflet("convert", tmp_path / "a.ktx2", tmp_path / "b.ktx2", "--turn", "180") == 0
+    assert [float(level.texels.max()) for level in read_levels(tmp_path / "b.ktx2")] == [1.0, 2.0, 3.0]
+
+
+def test_convert_sets_a_z_up_cube_upright(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    faces = np.broadcast_to(np.arange(6, dtype=np.float32)[:, None, None, None], (6, 8, 8, 3))
+    write_env_image(tmp_path / "z.exr", [EnvImage(CUBE, np.ascontiguousarray(faces))])
+    assert reflet("convert", tmp_path / "z.exr", tmp_path / "y.exr", "--up", "z") == 0
+    # px nx py ny pz nz hold what lay along +x -x +z -z -y +y
+    assert read_env_image(tmp_path / "y.exr").texels[:, 3, 3, 0].tolist() == [0.0, 1.0, 4.0, 5.0, 3.0, 2.0]
+    assert "number of degrees" in refused(capsys, "convert", tmp_path / "z.exr", tmp_path / "n.exr", "--turn", "nan")

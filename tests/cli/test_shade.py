@@ -9,10 +9,11 @@ from PIL import Image
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.rotations import turn_about_vertical
 from reflet.files.env_image_file import read_env_image, write_env_image
 from reflet.files.ior_file import read_spectral_index
 from reflet.files.pictures.exr import read_exr
-from reflet.pipelines.shade import frame_mesh, load_mesh, own_material, shade, surface_material, turn_about_vertical
+from reflet.pipelines.shade import frame_mesh, load_mesh, own_material, shade, surface_material
 from reflet.reflectance.brdfs.spectral import index_rgb
 from reflet.reflectance.materials.material import Coated, GlossyGgx, GlossyPhong
 from reflet.reflectance.materials.material_maps import EnvironmentMaps

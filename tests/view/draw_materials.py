@@ -15,9 +15,9 @@ import numpy as np
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lamp import Lamp
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.rotations import turn_about_vertical
 from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.files.textures.ktx2 import read_ktx2
-from reflet.pipelines.shade import turn_about_vertical
 from reflet.reflectance.brdfs.phong import PhongKernel
 from reflet.reflectance.lobes.lobes import fit_lobes
 from reflet.reflectance.materials import material as materials

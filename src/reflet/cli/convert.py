@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import PARAMETERIZATION, map_file_options
+from reflet.cli.options import PARAMETERIZATION, map_file_options, up_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.parameterizations.parameterization import Parameterization
 
@@ -14,12 +14,18 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
 @click.option("--to", type=PARAMETERIZATION, help="What to make of it; by default it stays what it is.")
 @click.option("--size", type=int, help="Rows of a face; by default about as many texels as before.")
+@click.option(
+    "--turn", type=float, default=0.0, help="Degrees to turn it about the vertical, counter-clockwise from above."
+)
+@up_option
 @map_file_options
 def convert(
     source: Path,
     out: Path,
     to: Parameterization | None,
     size: int | None,
+    turn: float,
+    up: str,
     layout: str | None,
     mips: bool | None,
     texel_format: str | None,
@@ -38,6 +44,8 @@ def convert(
       reflet convert studio.hdr cross.exr --to cube --size 512 --layout horizontal-cross
       reflet convert studio.hdr 'sky_{face}.png' --to cube
       reflet convert probe.hdr studio.exr --from angular --to latlong
+      reflet convert studio.hdr turned.hdr --turn 90      what looked along +x then looks along -z
+      reflet convert sky.dds upright.dds --up z           made where +z points up: +z becomes +y
     """
     from reflet.pipelines.convert import convert as convert_file
 
@@ -48,6 +56,8 @@ def convert(
             to=to,
             size=size,
             source_is=source_is,
+            turn_deg=turn,
+            up=up,
             layout=layout,
             mips=mips,
             texel_format=texel_format,

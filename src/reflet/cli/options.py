@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
@@ -28,6 +29,13 @@ samples_option = click.option(
 PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(
     "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."
+)
+up_option = click.option(
+    "--up",
+    type=click.Choice(list(SOURCE_FROM_UPRIGHT)),
+    default="y",
+    show_default=True,
+    help="The axis that points up in the file; z turns +z to +y and +y to -z.",
 )
 layout_option = click.option(
     "--layout",

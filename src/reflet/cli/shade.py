@@ -22,7 +22,12 @@ RGB.name = "R,G,B"
 @click.option("--azimuth", type=float, default=-60.0, show_default=True, help="Degrees; -90 looks from +z.")
 @click.option("--elevation", type=click.FloatRange(-90, 90), default=22.0, show_default=True, help="Degrees.")
 @click.option("--distance", type=float, help="Metres from the mesh's middle; by default such that all of it shows.")
-@click.option("--turn", type=float, default=0.0, help="Degrees by which the environment is turned about the vertical.")
+@click.option(
+    "--turn",
+    type=float,
+    default=0.0,
+    help="Degrees by which the environment is turned about the vertical, counter-clockwise seen from above.",
+)
 @click.option("--samples", type=click.Choice(["1", "4", "16"]), default="16", show_default=True, help="Per pixel.")
 @click.option("--size", type=click.IntRange(1), default=512, show_default=True, help="Pixels along an edge.")
 @click.option("--exposure", type=float, default=1.6, show_default=True, help="Of a .png.")
@@ -79,12 +84,13 @@ def shade(
     """
     import numpy as np
 
+    from reflet.envmap.rotations import turn_about_vertical
     from reflet.errors import RefletError
     from reflet.files.env_image_file import read_env_image
     from reflet.files.pictures.exr import write_exr
     from reflet.files.pictures.picture_file import write_picture_file
     from reflet.files.pictures.png import write_png
-    from reflet.pipelines.shade import OWN, frame_mesh, load_mesh, surface_material, turn_about_vertical
+    from reflet.pipelines.shade import OWN, frame_mesh, load_mesh, surface_material
     from reflet.pipelines.shade import shade as draw
     from reflet.pipelines.sketch import drawing_size, map_material, on_paper, shows_map, sketch
     from reflet.reflectance.materials.material_maps import EnvironmentMaps

@@ -4,11 +4,14 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.resampling.mip_reduction import mip_images
-from reflet.envmap.resampling.resample import resample
+from reflet.envmap.resampling.turned import turned
+from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT, Rotation, turn_about_vertical
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import read_levels, write_env_image
@@ -28,6 +31,8 @@ def convert(
     to: Parameterization | None = None,
     size: int | None = None,
     source_is: Parameterization | None = None,
+    turn_deg: float = 0.0,
+    up: str = "y",
     layout: str | None = None,
     mips: bool | None = None,
     texel_format: str | None = None,
@@ -38,11 +43,14 @@ def convert(
 
     By default the parameterization stays as it is, and ``size``, the rows of a face, is that of equal sampling: about
     as many texels over the sphere as before. ``source_is`` is the source's parameterization where its file does not
-    tell. ``layout``, ``texel_format`` and ``zstd`` are those of `write_env_image`. ``mips`` adds all mip levels, by
-    default to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
+    tell. ``up`` is the axis, "y" or "z", that points up in it: +z becomes +y, +y becomes -z. Then ``turn_deg`` turns
+    the environment about the vertical, counter-clockwise seen from above. What lands texel on texel is not filtered.
+    ``layout``, ``texel_format`` and ``zstd`` are those of `write_env_image`. ``mips`` adds all mip levels, by default
+    to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
     RefletError for what cannot be read, written or held.
     """
     check_size(size)
+    source_from_result = _turn(turn_deg, up)
     with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
     progress("read", 0, 1)
     levels = read_levels(source, source_is)
@@ -51,14 +59,25 @@ def convert(
     to = finest.parameterization if to is None else to
     if size is None:
         size = default_size(finest, to, with_mips)
-    if (to, size) != (finest.parameterization, finest.size):
-        progress("resample", 0, 1)
-        levels = (resample(finest, to, size),)
-        progress("resample", 1, 1)
+    progress("resample", 0, 1)
+    if (to, size) == (finest.parameterization, finest.size):
+        levels = tuple(turned(level, to, level.size, source_from_result) for level in levels)
+    else:
+        levels = (turned(finest, to, size, source_from_result),)
+    progress("resample", 1, 1)
     progress("write", 0, 1)
     write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
     progress("write", 1, 1)
     return levels[0]
+
+
+def _turn(turn_deg: float, up: str) -> Rotation:
+    """``source_from_result`` of what is asked for."""
+    if up not in SOURCE_FROM_UPRIGHT:
+        raise RefletError(f"What points up is one of {' '.join(SOURCE_FROM_UPRIGHT)}, not {up!r}.")
+    if not np.isfinite(turn_deg):
+        raise RefletError(f"A turn is a number of degrees, not {turn_deg:g}.")
+    return SOURCE_FROM_UPRIGHT[up] @ turn_about_vertical(turn_deg)
 
 
 def check_size(size: int | None) -> None:

@@ -4,8 +4,9 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 
+from reflet.envmap.rotations import turn_about_vertical
 from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import read_env_image
 from reflet.files.ior_file import read_spectral_index
@@ -182,12 +183,6 @@ def frame_mesh(
         fov_deg=FOV_DEG,
         image_size=image_size,
     )
-
-
-def turn_about_vertical(degrees: float) -> Float[np.ndarray, "3 3"]:
-    """``map_from_world`` of an environment turned counter-clockwise, seen from above."""
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
 
 
 def shade(

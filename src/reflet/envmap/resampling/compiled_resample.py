@@ -64,8 +64,18 @@ def _bilinear(texels, start, pitch, channels, x, y):  # type: ignore[no-untyped-
     )
 
 
+@njit(cache=True, inline="always")
+def _turned(turn, x, y, z):  # type: ignore[no-untyped-def]
+    """A direction of the destination as the source has it; exactly itself where the matrix is the identity."""
+    return (
+        turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z,
+        turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z,
+        turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z,
+    )
+
+
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, density, sum_of):  # type: ignore[no-untyped-def]
+def _one_by_one(padded, source_kind, to_kind, turn, face, row, column, size, aspect, density, sum_of):  # type: ignore[no-untyped-def]
     """Mean over one destination texel's footprint, every sub-sample exactly placed."""
     channels = padded.shape[3]
     rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
@@ -73,7 +83,8 @@ def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, d
     step_u, step_v = 1.0 / (aspect * size), 1.0 / size
     u, v = (column + 0.5) * step_u, (row + 0.5) * step_v
     x, y, z = direction_at(to_kind, face, u, v)
-    texels_per_radian = sqrt(rate_at(source_kind, x, y, z)) * rows
+    x_at, y_at, z_at = _turned(turn, x, y, z)
+    texels_per_radian = sqrt(rate_at(source_kind, x_at, y_at, z_at)) * rows
     across = down = 0.0
     for side in (-0.5, 0.5):
         x_on, y_on, z_on = direction_at(to_kind, face, u + side * step_u, v)
@@ -91,6 +102,7 @@ def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, d
             if to_kind == GAZING_BALL and (u - 0.5) ** 2 + (v - 0.5) ** 2 > 0.25:
                 continue
             x, y, z = direction_at(to_kind, face, u, v)
+            x, y, z = _turned(turn, x, y, z)
             on, u_on, v_on = point_of(source_kind, x, y, z)
             r, g, b, a = _bilinear(texels, on * face_pitch, pitch, channels, u_on * columns, v_on * rows)
             sum_of[0] += r
@@ -100,6 +112,7 @@ def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, d
             count += 1
     if count == 0:
         x, y, z = direction_at(to_kind, face, (column + 0.5) * step_u, (row + 0.5) * step_v)
+        x, y, z = _turned(turn, x, y, z)
         on, u_on, v_on = point_of(source_kind, x, y, z)
         sum_of[0], sum_of[1], sum_of[2], sum_of[3] = _bilinear(
             texels, on * face_pitch, pitch, channels, u_on * columns, v_on * rows
@@ -109,14 +122,15 @@ def _one_by_one(padded, source_kind, to_kind, face, row, column, size, aspect, d
 
 
 @njit(cache=True, error_model="numpy")
-def _place(source_kind, to_kind, face, u, v, columns, rows):  # type: ignore[no-untyped-def]
+def _place(source_kind, to_kind, turn, face, u, v, columns, rows):  # type: ignore[no-untyped-def]
     x, y, z = direction_at(to_kind, face, u, v)
+    x, y, z = _turned(turn, x, y, z)
     on, u_on, v_on = point_of(source_kind, x, y, z)
     return on, u_on * columns, v_on * rows
 
 
 @njit(cache=True, error_model="numpy")
-def _fit(source_kind, to_kind, face, row, column, height, width, size, aspect, columns, rows, node, fit):  # type: ignore[no-untyped-def]
+def _fit(source_kind, to_kind, turn, face, row, column, height, width, size, aspect, columns, rows, node, fit):  # type: ignore[no-untyped-def]
     """Writes the biquadratic of one block: ``fit[axis, p, q]`` of s^p·t^q, s to the right, t down, in [0, 1].
 
     Returns the source's face, -1 where there is no one biquadratic.
@@ -128,7 +142,7 @@ def _fit(source_kind, to_kind, face, row, column, height, width, size, aspect, c
         for j in range(3):
             s = _INSET + 0.5 * j * (1.0 - 2.0 * _INSET)
             u, v = (column + s * width) * step_u, (row + t * height) * step_v
-            at, x, y = _place(source_kind, to_kind, face, u, v, columns, rows)
+            at, x, y = _place(source_kind, to_kind, turn, face, u, v, columns, rows)
             if on >= 0 and at != on:
                 return -1
             on = at
@@ -145,9 +159,8 @@ def _fit(source_kind, to_kind, face, row, column, height, width, size, aspect, c
     for i in range(2):
         for j in range(2):
             s, t = 0.25 + 0.5 * j, 0.25 + 0.5 * i
-            at, x, y = _place(
-                source_kind, to_kind, face, (column + s * width) * step_u, (row + t * height) * step_v, columns, rows
-            )
+            u, v = (column + s * width) * step_u, (row + t * height) * step_v
+            at, x, y = _place(source_kind, to_kind, turn, face, u, v, columns, rows)
             error = 0.0
             for axis in range(2):
                 value = 0.0
@@ -216,8 +229,11 @@ def _whole_block(padded, on, fit, out, face, row, column, height, width, density
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def footprint_means(padded, source_kind, to_kind, out, density):  # type: ignore[no-untyped-def]
-    """Fills ``out`` (faces, rows, columns, up to 4 channels) from a padded source of 3 or 4 channels, float32 both."""
+def footprint_means(padded, source_kind, to_kind, turn, out, density):  # type: ignore[no-untyped-def]
+    """Fills ``out`` (faces, rows, columns, up to 4 channels) from a padded source of 3 or 4 channels, float32 both.
+
+    ``turn`` is source_from_destination, a rotation of directions (3, 3).
+    """
     faces, size, width_of_face, channels = out.shape
     aspect = width_of_face // size
     rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
@@ -236,12 +252,12 @@ def footprint_means(padded, source_kind, to_kind, out, density):  # type: ignore
                 if height <= _SMALLEST and width <= _SMALLEST:
                     for r in range(row, row + height):
                         for c in range(column, column + width):
-                            _one_by_one(padded, source_kind, to_kind, face, r, c, size, aspect, density, sums[0])
+                            _one_by_one(padded, source_kind, to_kind, turn, face, r, c, size, aspect, density, sums[0])
                             for k in range(channels):
                                 out[face, r, c, k] = sums[0, k]
                     continue
                 on = _fit(
-                    source_kind, to_kind, face, row, column, height, width, size, aspect, columns, rows, node, fit
+                    source_kind, to_kind, turn, face, row, column, height, width, size, aspect, columns, rows, node, fit
                 )
                 if on >= 0:
                     _whole_block(padded, on, fit, out, face, row, column, height, width, density, sums)

@@ -20,6 +20,7 @@ from reflet.envmap.parameterizations.parameterization import NONE, Directions, F
 from reflet.envmap.resampling.compiled_resample import footprint_means, patch_means
 from reflet.envmap.resampling.mip_reduction import halved
 from reflet.envmap.resampling.padding import continued, outside_disc, padded
+from reflet.envmap.rotations import UNTURNED, Rotation
 
 _DENSITY = 2.25  # sub-samples per source texel and axis
 _WIDEST = 4.0  # source texels across a footprint: from here on the source is halved first
@@ -32,8 +33,10 @@ Texels = Float[np.ndarray, "faces rows columns channels"]
 Indices = Int[np.ndarray, "bright 3"]
 
 
-def resample(image: EnvImage, to: Parameterization, size: int) -> EnvImage:
-    """The same radiance in the parameterization ``to``, with ``size`` rows a face.
+def resample(image: EnvImage, to: Parameterization, size: int, source_from_result: Rotation = UNTURNED) -> EnvImage:
+    """The same radiance in the parameterization ``to``, with ``size`` rows a face, turned if so wished.
+
+    ``source_from_result`` is a rotation: the result shows in direction d what the source shows in that matrix times d.
 
     Constants stay constant. Total radiance Σ Ω·L is kept, and so is that of any sun in it. Magnified, the source is
     interpolated bilinearly; minified, averaged over the footprints of the destination's texels. What the source holds
@@ -43,10 +46,11 @@ def resample(image: EnvImage, to: Parameterization, size: int) -> EnvImage:
     Up to four channels, computed in single precision; the fourth, alpha, has no ceiling. Beside source and result one
     copy of the source is held, two while bright texels are cut. The source itself where nothing changes.
     """
-    if to == image.parameterization and size == image.size:
+    if to == image.parameterization and size == image.size and np.array_equal(source_from_result, UNTURNED):
         return image
+    turn = np.array(source_from_result, np.float64)  # a copy: for read-only arrays the loops would be compiled anew
     ceiling, bright = _bright(image)
-    ratio = _least_ratio(image.parameterization, to) * image.size / size
+    ratio = _least_ratio(image.parameterization, to, turn) * image.size / size
     base = image.texels
     if len(bright):
         base = base.copy()
@@ -54,10 +58,10 @@ def resample(image: EnvImage, to: Parameterization, size: int) -> EnvImage:
     source = _padded_source(image.parameterization, base, ratio)
     del base
     out = np.empty((*to.shape(size), source.shape[3]), np.float32)
-    footprint_means(source, image.parameterization.kind, to.kind, out, _DENSITY)
+    footprint_means(source, image.parameterization.kind, to.kind, turn, out, _DENSITY)
     out = out[..., : image.texels.shape[3]]
     if len(bright):
-        _spread(image, ceiling, bright, ratio, to, out)
+        _spread(image, ceiling, bright, ratio, to, turn, out)
     return EnvImage(to, np.ascontiguousarray(out, image.texels.dtype))
 
 
@@ -80,10 +84,10 @@ def radiance_at(
     return out.reshape(*direction.shape[:-1], -1)
 
 
-def _least_ratio(source: Parameterization, to: Parameterization) -> float:
+def _least_ratio(source: Parameterization, to: Parameterization, turn: Rotation) -> float:
     """Source texels across a destination texel, of equal sizes, where they are fewest."""
     everywhere = EqualAreaOctahedral().texel_directions(64)[0]
-    return float(np.sqrt(source.sampling_rate(everywhere) / to.sampling_rate(everywhere)).min())
+    return float(np.sqrt(source.sampling_rate(everywhere @ turn.T) / to.sampling_rate(everywhere)).min())
 
 
 def _padded_source(
@@ -127,7 +131,9 @@ def _excess(image: EnvImage, ceiling: float, bright: Indices) -> Float[np.ndarra
     return np.where(colours > ceiling, colours - ceiling**2 / np.maximum(colours, ceiling), 0.0)
 
 
-def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: Parameterization, out: Texels) -> None:
+def _spread(
+    image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: Parameterization, turn: Rotation, out: Texels
+) -> None:
     """Adds to ``out`` the excess of bright texels j: exactly the flux Fⱼ of each.
 
     The shape is the texel's bilinear tent, sampled by points p of weight wₚ, Σ wₚ = 1, each shared among the four
@@ -143,7 +149,7 @@ def _spread(image: EnvImage, ceiling: float, bright: Indices, ratio: float, to: 
     for some in np.array_split(bright, np.ceil(len(bright) * points**2 / _BLOCK)):
         flux = solid_angle[tuple(some.T)][:, None] * _excess(image, ceiling, some)
         direction, tent = _tents(image, some, points)
-        taps, share = _taps(to, size, direction)
+        taps, share = _taps(to, size, direction @ turn)  # by the transpose: back into the result
         flat, inverse = np.unique(np.ravel_multi_index(taps, out.shape[:3]), return_inverse=True)
         texel: tuple[Faces, ...] = np.unravel_index(flat, out.shape[:3])
         caught = solid_angle_to[texel]
