@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from textures import random_texture
 
@@ -10,7 +11,7 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE, FACES
 from reflet.envmap.resampling.resample import resample
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import file_facts, read_env_image, read_levels, write_env_image
 from reflet.files.pictures.cube_layouts import LAYOUTS, layouts_of
 from reflet.files.pictures.exr import read_exr, write_exr
@@ -156,6 +157,28 @@ def test_png_alpha_is_straight_and_ours_premultiplied(tmp_path):
     np.testing.assert_allclose(read_env_image(tmp_path / "map.png").texels, image.texels, rtol=0, atol=1 / 255)
 
 
+def test_a_layer_is_read_by_its_name(tmp_path):
+    channels = {f"{name}.{c}": np.full((4, 8), k, np.float32) for k, name in enumerate(("sky", "sun")) for c in "RGB"}
+    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels) as file:
+        file.write(str(tmp_path / "map.exr"))
+    assert (read_env_image(tmp_path / "map.exr", layer="sun").texels == 1.0).all()
+    write_env_image(tmp_path / "map.ktx2", [random_image(LATLONG)])
+    write_env_image(tmp_path / "map.hdr", [random_image(LATLONG)])
+    for name in ("map.ktx2", "map.hdr"):
+        with pytest.raises(RefletError, match=r"no layers, for only .exr files have; leave sun out"):
+            read_levels(tmp_path / name, layer="sun")
+
+
+def test_what_is_read_with_a_doubt_is_said_once(tmp_path):
+    header = {"displayWindow": (np.int32([0, 0]), np.int32([7, 3])), "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": np.ones((2, 8, 3), np.float32)}) as file:
+        file.write(str(tmp_path / "map.exr"))
+    with pytest.warns(RefletWarning, match="is cropped: 50 % of") as said:
+        read_env_image(tmp_path / "map.exr")
+        file_facts(tmp_path / "map.exr")
+    assert len(said) == 1
+
+
 def test_grey_becomes_three_channels(tmp_path):
     write_exr(tmp_path / "map.exr", np.full((4, 8, 1), 0.5, np.float32))
     np.testing.assert_array_equal(read_env_image(tmp_path / "map.exr").texels, np.full((1, 4, 8, 3), 0.5, np.float32))
@@ -248,8 +271,11 @@ def test_radiance_that_is_not_finite(tmp_path, bad):
     texels = np.ones((4, 8, 3), np.float32)
     texels[1, 2, 0] = bad
     write_exr(tmp_path / "map.exr", texels)
-    with pytest.raises(RefletError, match="not finite"):
+    kind = "1 not a number" if np.isnan(bad) else "1 infinite"
+    with pytest.raises(RefletError, match=f"not finite: texels {kind}, in row 1, .*; reflet convert --repair mends it"):
         read_env_image(tmp_path / "map.exr")
+    with pytest.warns(RefletWarning, match=f"is repaired: it held texels {kind}, in row 1, "):
+        assert (read_env_image(tmp_path / "map.exr", repair=True).texels == 1.0).all()
     for suffix in STEP:
         with pytest.raises(RefletError, match="not finite everywhere"):
             write_env_image(tmp_path / f"out{suffix}", [EnvImage(LATLONG, texels[None])])
@@ -261,7 +287,10 @@ def test_negative_radiance_is_kept_where_it_can_be(tmp_path):
     image = EnvImage(LATLONG, np.full((1, 2, 4, 3), -0.25, np.float32))
     for suffix in (".exr", ".ktx2", ".ktx", ".dds"):
         write_env_image(tmp_path / f"map{suffix}", [image])
-        assert read_env_image(tmp_path / f"map{suffix}").texels.min() == -0.25
+        with pytest.warns(RefletWarning, match=r"negative radiance, which is kept: texels 8 negative \(100 % of"):
+            assert read_env_image(tmp_path / f"map{suffix}").texels.min() == -0.25
+        with pytest.warns(RefletWarning, match="repaired"):
+            assert read_levels(tmp_path / f"map{suffix}", repair=True)[0].texels.max() == 0.0
     write_env_image(tmp_path / "map.ktx2", [image], texel_format="rgb9e5")
     assert read_env_image(tmp_path / "map.ktx2").texels.max() == 0.0
     with pytest.raises(RefletError, match="clip it"):

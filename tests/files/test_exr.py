@@ -5,7 +5,7 @@ import OpenEXR
 import pytest
 
 from reflet.errors import RefletError
-from reflet.files.pictures.exr import read_exr, read_exr_layout, write_exr
+from reflet.files.pictures.exr import read_exr, read_exr_picture, write_exr
 
 SCANLINES = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 TILES = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}
@@ -75,7 +75,7 @@ def test_half_floats_round_and_end(tmp_path):
 @pytest.mark.parametrize("layout", ["latlong", "cube", None])
 def test_the_layout_is_written_and_read(tmp_path, layout):
     write_exr(tmp_path / "a.exr", picture(), layout)
-    assert read_exr_layout(tmp_path / "a.exr")[1] == layout
+    assert read_exr_picture(tmp_path / "a.exr").layout == layout
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
@@ -122,16 +122,86 @@ def parts(tmp_path):
 
 def test_parts_are_chosen_by_name_or_by_what_they_hold(tmp_path):
     path, beauty, sky = parts(tmp_path)
-    image, layout = read_exr_layout(path)
+    read = read_exr_picture(path)
+    image, layout = read.pixels, read.layout
     np.testing.assert_array_equal(image, beauty)
     assert layout is None
-    image, layout = read_exr_layout(path, "sky")
+    read = read_exr_picture(path, "sky")
+    image, layout = read.pixels, read.layout
     np.testing.assert_array_equal(image, sky)
     assert layout == "latlong"
-    with pytest.raises(RefletError, match="no part night; it has depth, beauty, sky"):
+    for name in ("night", "depth"):
+        with pytest.raises(RefletError, match=f"no layer {name} of colours; it has beauty, sky"):
+            read_exr(path, name)
+
+
+def test_of_several_pictures_the_first_is_read_and_the_others_are_named(tmp_path):
+    path, _, _ = parts(tmp_path)
+    assert read_exr_picture(path).doubts == (f"{path} holds several pictures; beauty is read, not sky (--layer NAME).",)
+    assert read_exr_picture(path, "beauty").doubts == ()
+
+
+def layered(tmp_path, *names, **plain):
+    """A file of named layers, and what each holds; normals and depths stand between them."""
+    held = {name: picture(4, 8) + 1e4 * k for k, name in enumerate(names)}
+    channels = {f"{name}.{c}": image[..., k] for name, image in held.items() for k, c in enumerate("RGB")}
+    channels |= {f"ViewLayer.Normal.{c}": picture(4, 8, 1)[..., 0] for c in "XYZ"}
+    channels |= {"ViewLayer.Depth.Z": picture(4, 8, 1)[..., 0], "ViewLayer.Combined.A": np.ones((4, 8), np.float32)}
+    return save(tmp_path / "a.exr", SCANLINES, {**channels, **plain}), held
+
+
+def test_layers_are_read_by_name(tmp_path):
+    path, held = layered(tmp_path, "ViewLayer.Combined", "ViewLayer.DiffCol", "Composite.Combined")
+    for name, image in held.items():
+        read = read_exr(path, name)
+        np.testing.assert_array_equal(read[..., :3], image)
+        assert read.shape[2] == (4 if name == "ViewLayer.Combined" else 3)
+    with pytest.raises(
+        RefletError,
+        match=r"holds the layers Composite.Combined, ViewLayer.Combined, ViewLayer.DiffCol; say which .--layer NAME",
+    ):
+        read_exr(path)
+    with pytest.raises(RefletError, match=r"no layer Combined of colours; it has Composite.Combined, "):
+        read_exr(path, "Combined")
+
+
+def test_the_only_layer_is_the_picture(tmp_path):
+    """Normals, whose Y is no luminance, and depths do not count."""
+    path, held = layered(tmp_path, "ViewLayer.Combined")
+    np.testing.assert_array_equal(read_exr(path)[..., :3], held["ViewLayer.Combined"])
+
+
+def test_plain_channels_are_the_picture_whatever_layers_there_are(tmp_path):
+    plain = {"r": picture(4, 8, 1)[..., 0], "g": picture(4, 8, 1)[..., 0], "b": picture(4, 8, 1)[..., 0]}
+    path, _ = layered(tmp_path, "diffuse", "gloss", **plain)
+    read = read_exr_picture(path)
+    np.testing.assert_array_equal(read.pixels, np.stack(list(plain.values()), -1))
+    assert read.doubts == ()
+    with pytest.raises(RefletError, match="no layer night of colours; it has diffuse, gloss"):
         read_exr(path, "night")
-    with pytest.raises(RefletError, match=r"channels Z; expected R, G, B or Y"):
-        read_exr(path, "depth")
+
+
+@pytest.mark.parametrize("names", ["XYZ", "xyz"])
+def test_a_vector_is_no_luminance(tmp_path, names):
+    """A pass of normals in a part of its own has X, Y and Z: not grey by its Y."""
+    path = save(tmp_path / "a.exr", SCANLINES, {name: picture(4, 8, 1)[..., 0] for name in names})
+    with pytest.raises(RefletError, match=f"holds the channels {', '.join(names)}; expected"):
+        read_exr(path)
+
+
+def test_the_library_reads_a_part_of_the_layers_name(tmp_path):
+    """Multi-part files have the layer's name as the part's, or both, with the part's before it."""
+    first, second = picture(4, 8), picture(4, 9)[:, 1:]
+    named = [
+        OpenEXR.Part(
+            dict(SCANLINES), {f"Combined.{c}": np.ascontiguousarray(image[..., k]) for k, c in enumerate("RGB")}, n
+        )
+        for n, image in (("ViewLayer", first), ("Other", second))
+    ]
+    with OpenEXR.File(named) as file:
+        file.write(str(tmp_path / "a.exr"))
+    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr", "Other.Combined"), second)
+    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr", "ViewLayer.Combined"), first)
 
 
 def window(x, y, width, height):
@@ -146,6 +216,9 @@ def test_the_display_window_is_the_picture(tmp_path):
     expected = np.zeros((7, 12, 3), np.float32)
     expected[2:, :8] = image[:5, 2:]
     np.testing.assert_array_equal(read, expected)
+    assert read_exr_picture(tmp_path / "a.exr").doubts == (  # 44 of 84 pixels
+        f"{tmp_path / 'a.exr'} is cropped: 52.4 % of its display window's pixels are not stored and are black.",
+    )
 
 
 def test_the_data_window_is_the_environment(tmp_path):
@@ -200,7 +273,7 @@ def test_other_primaries_are_converted(tmp_path):
             {"R": np.ones((4, 8), np.uint32), "G": np.ones((4, 8), np.uint32), "B": np.ones((4, 8), np.uint32)},
             "integers",
         ),
-        ({"diffuse": picture(4, 8)}, r"diffuse\.B, diffuse\.G, diffuse\.R"),
+        ({"diffuse.R": picture(4, 8, 1)[..., 0]}, r"diffuse\.R; expected R, G, B or Y"),
         ({"R": picture(4, 8, 1)[..., 0]}, "channels R; expected"),
         ({"Z": picture(4, 8, 1)[..., 0]}, "channels Z; expected"),
     ],

@@ -12,7 +12,7 @@ from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.resampling.resample import radiance_at, resample
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image, write_env_image
-from reflet.files.pictures.exr import read_exr, read_exr_layout, write_exr
+from reflet.files.pictures.exr import read_exr, read_exr_picture, write_exr
 from reflet.files.pictures.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
 
 TWO_PARAM = Path(__file__).parents[3] / "shared" / "data" / "two_param"
@@ -138,8 +138,10 @@ def cube_of_the_latlong(name):
 def test_latlong_becomes_the_cube_that_others_made(tmp_path, name, least):
     """Read, resampled to a cube, written in OpenEXR's layout and compared with the other file sample by sample."""
     write_exr(tmp_path / "a.exr", cube_of_the_latlong(name), "cube")
-    ours, layout = read_exr_layout(tmp_path / "a.exr")
-    theirs, same_layout = read_exr_layout(TWO_PARAM / f"{name}Cube.exr")
+    read = read_exr_picture(tmp_path / "a.exr")
+    ours, layout = read.pixels, read.layout
+    read = read_exr_picture(TWO_PARAM / f"{name}Cube.exr")
+    theirs, same_layout = read.pixels, read.layout
     assert layout == same_layout == "cube" and ours.shape == theirs[..., :3].shape
     for face in range(6):
         rows = slice(256 * face, 256 * (face + 1))

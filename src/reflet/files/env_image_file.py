@@ -4,11 +4,12 @@ A file's own word comes first (KTX metadata, a string attribute of .exr, text of
 then its shape: twice as wide as high is lat-long, strips and crosses are cubes. A square may be any of the round and
 the octahedral maps: who reads it has to say which.
 
-Radiance must be finite. Negative values, which resampling filters and renderers leave behind, are kept here; whoever
-takes the map for light refuses them (`read_environment`).
+Radiance must be finite. Negative values, which resampling filters and renderers leave behind, are kept here and warned
+of; whoever takes the map for light refuses them (`read_environment`).
 """
 
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -22,12 +23,15 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.repair import flaws_of, repaired
 from reflet.envmap.resampling.padding import with_corners
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.files.atomic import atomic_path
 from reflet.files.file_facts import FileFacts
-from reflet.files.pictures.cube_layouts import as_seen_inside, faces_from_picture, layout_of, picture_from_faces
-from reflet.files.pictures.openexr_layout import cube_from_openexr, latlong_from_openexr, openexr_directions
+from reflet.files.map_kinds import expected_shape, unknown_kind
+from reflet.files.pictures.cube_layouts import as_seen_inside, layout_of, picture_from_faces
+from reflet.files.pictures.map_in_picture import NOTE, image_in_picture, kind_of_picture
+from reflet.files.pictures.openexr_layout import openexr_directions
 from reflet.files.pictures.picture_file import READ, WRITTEN, PictureFile, read_picture_file, write_picture_file
 from reflet.files.pictures.six_files import PLACEHOLDER, named_files, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
@@ -42,9 +46,6 @@ from reflet.files.textures.texture import Texture
 
 _Path = str | os.PathLike[str]
 
-NOTE = "parameterization"
-"""The name under which pictures tell theirs."""
-
 _READERS: dict[bytes, tuple[str, Callable[[_Path], Texture]]] = {
     ktx2_container.IDENTIFIER: ("KTX 2.0", ktx2_container.read_texture),
     ktx1.IDENTIFIER: ("KTX 1", ktx1.read_ktx1_texture),
@@ -58,38 +59,65 @@ _WRITERS: dict[str, Callable[[_Path, Texture], None]] = {
 _LATLONG = LatLong()
 
 
-def read_env_image(path: _Path, parameterization: Parameterization | None = None) -> EnvImage:
+def read_env_image(
+    path: _Path, parameterization: Parameterization | None = None, *, layer: str | None = None, repair: bool = False
+) -> EnvImage:
     """The finest level of `read_levels`; the others are not decoded."""
-    return _read(Path(path), parameterization, most_levels=1)[0]
+    return _read(Path(path), parameterization, layer, repair, most_levels=1)[0]
 
 
-def read_levels(path: _Path, parameterization: Parameterization | None = None) -> tuple[EnvImage, ...]:
+def read_levels(
+    path: _Path, parameterization: Parameterization | None = None, *, layer: str | None = None, repair: bool = False
+) -> tuple[EnvImage, ...]:
     """All mip levels of a file, finest first, as linear radiance in float32; pictures have one.
 
     ``path`` may also name six files of a cube: a folder that holds them, or a name with ``{face}`` in it, such as
     sky_{face}.hdr. ``parameterization`` says what the file holds where it does not tell, and outweighs what it says.
-    Round maps whose corners are blank are continued there (`with_corners`).
+    ``layer`` names a layer of an .exr. With ``repair`` radiance that is not finite or negative is put right
+    (`repaired`). Round maps whose corners are blank are continued there (`with_corners`).
 
-    Raises RefletError where files are missing, damaged or of other kinds, where their radiance is not finite, where
-    their shape does not suit the parameterization, and where the parameterization is not known.
+    Warns (RefletWarning) of what is read with a doubt, and of negative radiance, which is kept. Raises RefletError
+    where files are missing, damaged or of other kinds, where their radiance is not finite, where their shape does not
+    suit the parameterization, and where the parameterization is not known.
     """
-    return _read(Path(path), parameterization)
+    return _read(Path(path), parameterization, layer, repair)
 
 
 def _read(
-    path: Path, parameterization: Parameterization | None, most_levels: int | None = None
+    path: Path,
+    parameterization: Parameterization | None,
+    layer: str | None,
+    repair: bool,
+    most_levels: int | None = None,
 ) -> tuple[EnvImage, ...]:
     files = six_files(path, READ)
+    doubts: list[str] = []
     if files is not None:
-        levels: tuple[EnvImage, ...] = (_cube_from_files(files, parameterization),)
+        levels: tuple[EnvImage, ...] = (_cube_from_files(files, parameterization, layer, doubts),)
     elif (reader := _texture_reader(path)) is not None:
+        if layer is not None:
+            raise RefletError(f"{path} has no layers, for only .exr files have; leave {layer} out.")
         texture = reader[1](path)
+        doubts += texture.doubts
         levels = _levels_of_texture(path, replace(texture, levels=texture.levels[:most_levels]), parameterization)
     else:
-        levels = (_image_of_picture(path, read_picture_file(path), parameterization),)
-    for level in levels:
-        _check_finite(path, level)
-    return tuple(replace(level, texels=with_corners(level.parameterization, level.texels)) for level in levels)
+        picture = _radiance_of(path, layer, doubts)
+        levels = (image_in_picture(path, picture, parameterization),)
+    out = []
+    for number, level in enumerate(levels):
+        sound, said = _sound(path, level, repair)
+        doubts += said if number == 0 else []
+        out.append(replace(sound, texels=with_corners(sound.parameterization, sound.texels)))
+    for doubt in doubts:
+        warnings.warn(doubt, RefletWarning, stacklevel=3)
+    return tuple(out)
+
+
+def _radiance_of(path: Path, layer: str | None, doubts: list[str]) -> PictureFile:
+    """The picture with 3 or 4 channels; its doubts are added to those given."""
+    picture = read_picture_file(path, layer)
+    doubts += picture.doubts
+    return replace(picture, pixels=as_radiance([picture.pixels])[0])
 
 
 def file_facts(path: _Path) -> FileFacts:
@@ -121,7 +149,7 @@ def file_facts(path: _Path) -> FileFacts:
         )
     picture = read_picture_file(path)
     height, width, channels = picture.pixels.shape
-    laid_out = _of_picture(picture)
+    laid_out = kind_of_picture(picture)
     lies = "openexr" if picture.openexr_layout else layout_of(laid_out, height, width) if laid_out else None
     form = READ[path.suffix.lower()]
     return FileFacts(form, laid_out, lies, height, width, 1, 1, channels, _stored_as(path), None, picture.notes)
@@ -136,10 +164,12 @@ def _as_text(value: bytes) -> str:
     return text if all(c.isprintable() or c in "\n\t" for c in text) and "\ufffd" not in text else f"{len(value)} bytes"
 
 
-def _cube_from_files(files: tuple[Path, ...], parameterization: Parameterization | None) -> EnvImage:
+def _cube_from_files(
+    files: tuple[Path, ...], parameterization: Parameterization | None, layer: str | None, doubts: list[str]
+) -> EnvImage:
     if parameterization not in (None, CUBE):
         raise RefletError(f"Six files are a cube, not {parameterization}; give one file.")
-    faces = [as_radiance([read_picture_file(file).pixels])[0] for file in files]
+    faces = [_radiance_of(file, layer, doubts).pixels for file in files]
     for file, face in zip(files, faces, strict=True):
         if face.shape != (faces[0].shape[0], faces[0].shape[0], faces[0].shape[2]):
             height, width, _ = face.shape
@@ -185,60 +215,24 @@ def _levels_of_texture(path: Path, texture: Texture, parameterization: Parameter
     )
     if laid_out is None:
         fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
-        raise RefletError(_unknown(path, what, fitting))
+        raise RefletError(unknown_kind(path, what, fitting))
     levels = levels_from_texture(texture, laid_out)
     if not levels:
-        raise RefletError(f"{path} is {what}, which is no {laid_out} map; {_expected(laid_out)}.")
+        raise RefletError(f"{path} is {what}, which is no {laid_out} map; {expected_shape(laid_out)}.")
     return levels
 
 
-def _of_picture(picture: PictureFile) -> Parameterization | None:
-    if picture.openexr_layout:
-        return CUBE if picture.openexr_layout == "cube" else _LATLONG
-    height, width, _ = picture.pixels.shape
-    named = named_parameterization(picture.notes.get(NOTE))
-    if named is not None and layout_of(named, height, width):
-        return named
-    return next((guess for guess in (_LATLONG, CUBE) if layout_of(guess, height, width)), None)
-
-
-def _image_of_picture(path: Path, picture: PictureFile, parameterization: Parameterization | None) -> EnvImage:
-    pixels = as_radiance([picture.pixels])[0]
-    height, width, _ = pixels.shape
-    if picture.openexr_layout is not None:
-        openexr = CUBE if picture.openexr_layout == "cube" else _LATLONG
-        if parameterization not in (None, openexr):
-            raise RefletError(f"{path} says that it is OpenEXR's {openexr} map, not {parameterization}.")
-        return cube_from_openexr(pixels) if openexr == CUBE else latlong_from_openexr(pixels)
-    laid_out = parameterization or _of_picture(picture)
-    if laid_out is None:
-        fitting = [name for name, each in PARAMETERIZATIONS.items() if layout_of(each, height, width)]
-        raise RefletError(_unknown(path, f"{width}×{height} pixels", fitting))
-    layout = layout_of(laid_out, height, width)
-    if layout is None:
-        raise RefletError(f"{path} is {width}×{height} pixels, which is no {laid_out} map; {_expected(laid_out)}.")
-    return faces_from_picture(pixels, laid_out, layout)
-
-
-def _unknown(path: Path, what: str, fitting: Sequence[str]) -> str:
-    if fitting:
-        return (
-            f"{path} is {what}, which does not tell what kind of map it is; say {' or '.join(fitting)} (--from NAME)."
-        )
-    return f"{path} is {what}, which is no map of any kind; lat-long is 2:1, cubes are 6:1, 1:6, 4:3 or 3:4."
-
-
-def _expected(laid_out: Parameterization) -> str:
-    if laid_out == CUBE:
-        return "a cube is a strip of six squares (6:1, 1:6), a cross (4:3, 3:4) or a cube texture"
-    if laid_out.face_count == 2:
-        return "it is two squares beside each other (2:1), one below the other, or two layers"
-    return f"it is {'twice as wide as high' if laid_out.aspect == 2 else 'square'}"
-
-
-def _check_finite(path: Path, image: EnvImage) -> None:
-    if not np.isfinite(image.texels).all():
-        raise RefletError(f"{path} holds radiance that is not finite (NaN or infinite); repair these pixels.")
+def _sound(path: Path, image: EnvImage, repair: bool) -> tuple[EnvImage, list[str]]:
+    """The image, repaired if so asked, and what is to be said about that. Raises RefletError for no finite radiance."""
+    if repair:
+        image, flaws = repaired(image)
+        return image, [f"{path} is repaired: it held {flaws}."] if flaws else []
+    flaws = flaws_of(image)
+    if flaws is None:
+        return image, []
+    if flaws.nan or flaws.infinite:
+        raise RefletError(f"{path} holds radiance that is not finite: {flaws}; reflet convert --repair mends it.")
+    return image, [f"{path} holds negative radiance, which is kept: {flaws}; reflet convert --repair makes it 0."]
 
 
 def write_env_image(

@@ -13,6 +13,7 @@ from jaxtyping import Float, Float32
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
+from reflet.files.pictures.exr_layers import ExrLayer, chosen_layer
 from reflet.files.pictures.primaries import REC709, are_usable, rec709_from_rgb, to_rec709, xyz_from_rgb
 
 LARGEST_PICTURE = 2**29  # pixels: 32768×16384
@@ -67,18 +68,25 @@ class _Window:
         return _Window(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
 
 
-def read_exr_layout(
-    path: str | os.PathLike[str], part: str | None = None
-) -> tuple[Float32[np.ndarray, "height width channels"], Layout | None]:
-    """A part's pixels as 1 (Y), 3 (RGB) or 4 (RGBA) channels of linear Rec. 709, and its ``envmap`` attribute.
+@dataclass(frozen=True)
+class ExrPicture:
+    """Linear Rec. 709 of 1 (Y), 3 (RGB) or 4 (RGBA) channels, the ``envmap`` attribute, and what of it is in doubt."""
 
-    The part is the one of that name, else the first that holds R, G and B, or Y. Half and float samples, scan lines and
-    tiles (of mip-mapped ones the finest level), luminance with chroma at half the resolution, and the library's
-    compressions are read. ``chromaticities`` other than Rec. 709's are converted, white staying white.
+    pixels: Float32[np.ndarray, "height width channels"]
+    layout: Layout | None
+    doubts: tuple[str, ...] = ()
+
+
+def read_exr_picture(path: str | os.PathLike[str], layer: str | None = None) -> ExrPicture:
+    """The layer of that name, else the one that is meant (`chosen_layer`).
+
+    Half and float samples, scan lines and tiles (of mip-mapped ones the finest level), luminance with chroma at half
+    the resolution, and the library's compressions are read. ``chromaticities`` other than Rec. 709's are converted,
+    white staying white.
 
     A part with an ``envmap`` attribute is its data window, for that is what OpenEXR's layouts refer to. Any other is
     its display window, the frame that the picture was made for: pixels beyond it (overscan) are left out, pixels that
-    are not stored (a cropped black border) are 0.
+    are not stored are 0, and their share is a doubt.
 
     Memory: all of the file's parts and channels, for the library reads no less, and the picture. Raises RefletError for
     files that are missing, damaged, larger than `LARGEST_PICTURE`, or hold other channels, integers or deep samples.
@@ -93,15 +101,17 @@ def read_exr_layout(
             with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
                 if not file.parts:
                     raise RuntimeError(said.getvalue().strip().rpartition(" - ")[2] or "it holds no pixels")
-                return _picture(path, _chosen(path, file.parts, part))
+                parts = [(str(part.header.get("name", "")), list(part.channels)) for part in file.parts]
+                chosen, doubts = chosen_layer(path, parts, layer)
+                return _picture(path, file.parts[chosen.part], chosen, doubts)
     except (RuntimeError, ValueError, TypeError, MemoryError, IndexError, OverflowError) as error:
         reason = " ".join(str(error).split())[:200]
         raise RefletError(f"{path} is not a readable OpenEXR picture ({reason}); it may be truncated.") from error
 
 
-def read_exr(path: str | os.PathLike[str], part: str | None = None) -> Float32[np.ndarray, "height width channels"]:
-    """The pixels of `read_exr_layout`."""
-    return read_exr_layout(path, part)[0]
+def read_exr(path: str | os.PathLike[str], layer: str | None = None) -> Float32[np.ndarray, "height width channels"]:
+    """The pixels of `read_exr_picture`."""
+    return read_exr_picture(path, layer).pixels
 
 
 @contextmanager
@@ -125,7 +135,7 @@ def quiet() -> Iterator[io.StringIO]:
 def _check_part(path: str | os.PathLike[str], header: dict[str, Any]) -> None:
     """Refuses what must not be read at all: every part of a file is read, whichever is wanted."""
     if header.get("type") in (OpenEXR.deepscanline, OpenEXR.deeptile):
-        raise RefletError(f"{path} holds deep samples, many a pixel; flatten it.")
+        raise RefletError(f"{path} holds deep samples, many a pixel; flatten it in the program that rendered it.")
     window = _Window.of(header["dataWindow"])
     if window.width * window.height > LARGEST_PICTURE:
         raise RefletError(f"{path} is {window.width}×{window.height} pixels, more than can be read; scale it down.")
@@ -134,50 +144,34 @@ def _check_part(path: str | os.PathLike[str], header: dict[str, Any]) -> None:
         raise RefletError(f"{path} has tiles of {tiles.xSize}×{tiles.ySize} pixels; store it in smaller ones.")
 
 
-def _chosen(path: str | os.PathLike[str], parts: list[Any], name: str | None) -> Any:
-    """The part of this name, or the first with a picture in it. Raises RefletError where there is none."""
-    names = [_name(part) for part in parts]
-    if name is not None:
-        if name not in names:
-            raise RefletError(f"{path} has no part {name}; it has {', '.join(names)}.")
-        parts = [parts[names.index(name)]]
-    for part in parts:
-        if {"R", "G", "B"} <= set(part.channels) or "Y" in part.channels:
-            return part
-    held = ", ".join(channel for part in parts for channel in sorted(part.channels))
-    raise RefletError(
-        f"{path} holds the channels {held[:200]}; expected R, G, B or Y: write the wanted layer under these names."
-    )
-
-
-def _name(part: Any) -> str:
-    return str(part.header.get("name", ""))
-
-
-def _picture(
-    path: str | os.PathLike[str], part: Any
-) -> tuple[Float32[np.ndarray, "height width channels"], Layout | None]:
-    """See `read_exr_layout`. Copies everything: a part dies with its file."""
-    header, channels = part.header, part.channels
-    names = [name for name in ("R", "G", "B", "A") if name in channels]
-    if not {"R", "G", "B"} <= set(names):
-        names = ["Y"]
-        if {"RY", "BY"} <= set(channels):
-            names += ["RY", "BY", "A"] if "A" in channels else ["RY", "BY"]
+def _picture(path: str | os.PathLike[str], part: Any, layer: ExrLayer, doubts: tuple[str, ...]) -> ExrPicture:
+    """See `read_exr_picture`. Copies everything: a part dies with its file."""
+    header = part.header
+    roles = [role for role in ("R", "G", "B", "A") if role in layer.channels]
+    if not {"R", "G", "B"} <= set(roles):
+        roles = ["Y"]
+        if {"RY", "BY"} <= set(layer.channels):
+            roles += ["RY", "BY", "A"] if "A" in layer.channels else ["RY", "BY"]
     data = _Window.of(header["dataWindow"])
-    pixels = np.empty((data.height, data.width, len(names)), np.float32)
-    for k, name in enumerate(names):
-        pixels[..., k] = _samples(path, channels[name], name, data)
+    pixels = np.empty((data.height, data.width, len(roles)), np.float32)
+    for k, role in enumerate(roles):
+        pixels[..., k] = _samples(path, part.channels[layer.channels[role]], role, data)
     primaries = _primaries(header)
-    if "RY" in names:
+    if "RY" in roles:
         pixels = _from_luminance_chroma(pixels, primaries)
     if pixels.shape[2] >= 3 and np.abs(primaries - REC709).max() > 5e-4:
         pixels[..., :3] = to_rec709(pixels[..., :3], rec709_from_rgb(primaries))
-    layout: Layout | None = None
     if "envmap" in header:
-        layout = "latlong" if header["envmap"] == OpenEXR.ENVMAP_LATLONG else "cube"
-        return pixels, layout
-    return _framed(path, pixels, data, _Window.of(header["displayWindow"])), layout
+        layout: Layout = "latlong" if header["envmap"] == OpenEXR.ENVMAP_LATLONG else "cube"
+        return ExrPicture(pixels, layout, doubts)
+    display = _Window.of(header["displayWindow"])
+    framed, stored = _framed(path, pixels, data, display)
+    if stored < display.width * display.height:
+        share = 1.0 - stored / (display.width * display.height)
+        doubts += (
+            f"{path} is cropped: {100.0 * share:.3g} % of its display window's pixels are not stored and are black.",
+        )
+    return ExrPicture(framed, None, doubts)
 
 
 def _samples(path: str | os.PathLike[str], channel: Any, name: str, data: _Window) -> Float[np.ndarray, "height width"]:
@@ -227,10 +221,10 @@ def _from_luminance_chroma(
 
 def _framed(
     path: str | os.PathLike[str], pixels: Float32[np.ndarray, "height width channels"], data: _Window, display: _Window
-) -> Float32[np.ndarray, "rows columns channels"]:
-    """The display window's pixels; 0 where the data window has none."""
+) -> tuple[Float32[np.ndarray, "rows columns channels"], int]:
+    """The display window's pixels, 0 where the data window has none; and how many it has."""
     if data == display:
-        return pixels
+        return pixels, data.width * data.height
     if min(display.width, display.height) < 1 or (
         display.width * display.height > _SPARSEST * data.width * data.height
     ):
@@ -247,4 +241,4 @@ def _framed(
     out[top - display.y : bottom - display.y, left - display.x : right - display.x] = pixels[
         top - data.y : bottom - data.y, left - data.x : right - data.x
     ]
-    return out
+    return out, (right - left) * (bottom - top)

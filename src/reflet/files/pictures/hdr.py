@@ -2,9 +2,7 @@
 
 import math
 import os
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numba
@@ -13,47 +11,31 @@ from jaxtyping import Float32, Float64, UInt8
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
-from reflet.files.pictures.primaries import (
-    EQUAL_ENERGY,
-    REC709,
-    are_usable,
-    rec709_from_rgb,
-    rec709_from_xyz,
-    to_rec709,
-)
+from reflet.files.pictures.hdr_header import read_hdr_header
+from reflet.files.pictures.primaries import EQUAL_ENERGY, REC709, rec709_from_rgb, rec709_from_xyz, to_rec709
 
 LARGEST_PICTURE = 2**29  # pixels: 32768×16384
 
-_HEADER_LIMIT = 2**20  # bytes of text that are looked through for the line of the size
-_SIZE = re.compile(rb"([-+])([XY])[ \t]+(\d{1,9})[ \t]+([-+])([XY])[ \t]+(\d{1,9})[ \t]*\r?\n")
 _EXCESS = 136  # a component is mantissa·2^(exponent - 136)
 _EFFICACY = 179.0  # lumens per watt: Radiance's XYZE holds luminance, its RGBE radiance
 _SHORTEST, _LONGEST = 8, 32767  # scanlines of these lengths have the new run-length form
 _SHORTEST_RUN = 4  # of a byte that is worth two
 
 
-@dataclass(frozen=True)
-class _Header:
-    """What a .hdr file says before its scanlines begin, at byte ``end``."""
-
-    end: int
-    width: int
-    height: int
-    is_column_major: bool  # scanlines are columns
-    is_upside_down: bool  # the first row is the lowest
-    is_mirrored: bool  # the first column is the rightmost
-    is_xyz: bool = False
-    exposure: np.ndarray = field(default_factory=lambda: np.ones(3))  # what the pixels were multiplied by, per channel
-    primaries: np.ndarray = field(default_factory=lambda: REC709)
-
-
 def read_hdr(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width 3"]:
-    """Linear Rec. 709 radiance of a .hdr file, row 0 at the top.
+    """The pixels of `read_hdr_with_doubts`."""
+    return read_hdr_with_doubts(path)[0]
+
+
+def read_hdr_with_doubts(
+    path: str | os.PathLike[str],
+) -> tuple[Float32[np.ndarray, "height width 3"], tuple[str, ...]]:
+    """Linear Rec. 709 radiance of a .hdr file, row 0 at the top, and sentences about what its header cannot mean.
 
     Reads both run-length forms and flat pixels, scanlines that are rows or columns, from any of the four corners.
     EXPOSURE and COLORCORR are divided out. PRIMARIES other than Rec. 709's are converted, white staying white; so are
     XYZE pictures, whose white is that of equal energy and whose luminance is 179 times their radiance, as Radiance has
-    it [Ward91]. Without PRIMARIES a picture is taken as Rec. 709.
+    it [Ward91]. Without PRIMARIES a picture is taken as Rec. 709. Lines that cannot be meant (EXPOSURE=0) are ignored.
 
     Memory: the file, 4 bytes a pixel and the picture; twice the picture where primaries are converted. A file that does
     not hold as many pixels as its header says is refused before anything is allocated for them.
@@ -64,7 +46,7 @@ def read_hdr(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width 
         data = Path(path).read_bytes()
     except OSError as error:
         raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
-    header = _read_header(path, data)
+    header = read_hdr_header(path, data)
     if header.width * header.height > LARGEST_PICTURE:
         raise RefletError(f"{path} is {header.width}×{header.height} pixels, more than can be read; scale it down.")
     count, length = header.height, header.width
@@ -83,59 +65,10 @@ def read_hdr(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width 
         rgbe = rgbe[:, ::-1]
     image = _radiance(rgbe, header.exposure * (_EFFICACY if header.is_xyz else 1.0))
     if header.is_xyz:
-        return to_rec709(image, rec709_from_xyz(EQUAL_ENERGY))
+        return to_rec709(image, rec709_from_xyz(EQUAL_ENERGY)), header.doubts
     if np.abs(header.primaries - REC709).max() > 5e-4:  # white is written as 0.313 0.329 or 0.3127 0.329
-        return to_rec709(image, rec709_from_rgb(header.primaries))
-    return image
-
-
-def _read_header(path: str | os.PathLike[str], data: bytes) -> _Header:
-    """Raises RefletError where the header is none of a .hdr file."""
-    start = data[:_HEADER_LIMIT]
-    text_end = min((at + 1 for at in (start.find(b"\n\n"), start.find(b"\n\r\n")) if at >= 0), default=-1)
-    newline = start.find(b"\n", text_end)
-    size = _SIZE.match(start, newline + 1)
-    if not start.startswith(b"#?") or text_end < 0 or size is None or size[2] == size[5]:
-        raise RefletError(f"{path} is not a Radiance .hdr picture; convert it.")
-    first, second = int(size[3]), int(size[6])
-    if not first * second:
-        raise RefletError(f"{path} has no pixels; copy or download it again.")
-    sign = {size[2]: size[1], size[5]: size[4]}
-    is_xyz, exposure, primaries = False, np.ones(3), REC709
-    for line in start[:text_end].splitlines():
-        name, _, value = line.strip().partition(b"=")
-        name = name.strip()
-        if name == b"FORMAT":
-            if value.strip() not in (b"32-bit_rle_rgbe", b"32-bit_rle_xyze"):
-                raise RefletError(f"{path} is stored as {value.decode('latin-1')[:40]}, not as RGBE; convert it.")
-            is_xyz = value.strip().endswith(b"xyze")
-        elif name in (b"EXPOSURE", b"COLORCORR"):
-            exposure = exposure * _numbers(path, line, 1 if name == b"EXPOSURE" else 3)
-        elif name == b"PRIMARIES":
-            given = _numbers(path, line, 8).reshape(4, 2)
-            primaries = given if are_usable(given) else REC709
-    with np.errstate(over="ignore", under="ignore"):
-        if not (np.isfinite(exposure).all() and (exposure > 1e-30).all()):
-            raise RefletError(f"{path} has an EXPOSURE or COLORCORR that is not a positive number; correct its header.")
-    is_column_major = size[2] == b"X"
-    width, height = (first, second) if is_column_major else (second, first)
-    return _Header(
-        end=size.end(), width=width, height=height, is_column_major=is_column_major,
-        is_upside_down=sign[b"Y"] == b"+", is_mirrored=sign[b"X"] == b"-",
-        is_xyz=is_xyz, exposure=exposure, primaries=primaries,
-    )  # fmt: skip
-
-
-def _numbers(path: str | os.PathLike[str], line: bytes, count: int) -> np.ndarray:
-    """The numbers of a header line ``NAME= number …``. Raises RefletError where there are not so many."""
-    try:
-        numbers = np.array([float(word) for word in line.partition(b"=")[2].split()])
-    except ValueError:
-        numbers = np.empty(0)
-    if len(numbers) != count:
-        said = line.decode("latin-1").strip()[:60]
-        raise RefletError(f'{path} says "{said}" in its header, which is not {count} numbers; correct it.')
-    return numbers
+        return to_rec709(image, rec709_from_rgb(header.primaries)), header.doubts
+    return image, header.doubts
 
 
 @numba.njit(cache=True)

@@ -1,6 +1,8 @@
 """What picture files say of themselves beside their pixels: strings by name."""
 
 import os
+import re
+from itertools import takewhile
 from pathlib import Path
 
 import OpenEXR
@@ -9,6 +11,7 @@ from PIL import Image
 from reflet.files.pictures.exr import quiet
 
 _HEADER_LIMIT = 1 << 16  # bytes of a .hdr file's header
+_SIZE = re.compile("[-+][XY] ")  # how its last line begins
 
 
 def read_notes(path: str | os.PathLike[str]) -> dict[str, str]:
@@ -27,8 +30,8 @@ def read_notes(path: str | os.PathLike[str]) -> dict[str, str]:
                 return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
         if suffix == ".hdr":
             with open(path, "rb") as picture:
-                header_text = picture.read(_HEADER_LIMIT).replace(b"\r\n", b"\n").partition(b"\n\n")[0]
-            lines = header_text.decode("latin-1").splitlines()[1:]
+                lines = picture.read(_HEADER_LIMIT).decode("latin-1").splitlines()
+            lines = list(takewhile(lambda line: line.strip() and not _SIZE.match(line), lines))
             pairs = (line.partition("=") for line in lines if "=" in line and not line.startswith("#"))
             return {key.strip().lower(): value.strip() for key, _, value in pairs}
     except (OSError, RuntimeError, ValueError, TypeError, SyntaxError, IndexError, Image.DecompressionBombError):

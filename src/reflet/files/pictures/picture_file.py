@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from reflet.errors import RefletError
-from reflet.files.pictures.exr import read_exr_layout, write_exr
-from reflet.files.pictures.hdr import read_hdr, write_hdr
+from reflet.files.pictures.exr import read_exr_picture, write_exr
+from reflet.files.pictures.hdr import read_hdr_with_doubts, write_hdr
 from reflet.files.pictures.notes import read_notes
 from reflet.files.pictures.png import read_linear_picture, write_png
 
@@ -23,26 +23,35 @@ WRITTEN = (".hdr", ".exr", ".png")
 
 @dataclass(frozen=True)
 class PictureFile:
-    """A decoded picture, what it says of itself, and OpenEXR's own layout where it has that."""
+    """A decoded picture, what it says of itself, and OpenEXR's own layout where it has that.
+
+    ``doubts`` are sentences about what cannot be meant as it stands in the file, and what was done instead.
+    """
 
     pixels: Float32[np.ndarray, "height width channels"]
     notes: dict[str, str]
     openexr_layout: Literal["latlong", "cube"] | None = None
+    doubts: tuple[str, ...] = ()
 
 
-def read_picture_file(path: str | os.PathLike[str]) -> PictureFile:
-    """Linear radiance of a file of one of the formats in `READ`. Raises RefletError where it cannot be read."""
+def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) -> PictureFile:
+    """Linear radiance of a file of one of the formats in `READ`; of .exr the ``layer`` of that name.
+
+    Raises RefletError where it cannot be read.
+    """
     suffix = Path(path).suffix.lower()
-    layout: Literal["latlong", "cube"] | None = None
+    if suffix == ".exr":
+        exr = read_exr_picture(path, layer)
+        return PictureFile(exr.pixels, read_notes(path), exr.layout, exr.doubts)
+    if layer is not None:
+        raise RefletError(f"{path} has no layers, for only .exr files have; leave {layer} out.")
     if suffix == ".hdr":
-        pixels = read_hdr(path)
-    elif suffix == ".exr":
-        pixels, layout = read_exr_layout(path)
-    else:
-        pixels = read_linear_picture(path)
-        if pixels.shape[2] == 4:  # alpha is kept premultiplied
-            pixels[..., :3] *= pixels[..., 3:]
-    return PictureFile(pixels, read_notes(path), layout)
+        pixels, doubts = read_hdr_with_doubts(path)
+        return PictureFile(pixels, read_notes(path), doubts=doubts)
+    pixels = read_linear_picture(path)
+    if pixels.shape[2] == 4:  # alpha is kept premultiplied
+        pixels[..., :3] *= pixels[..., 3:]
+    return PictureFile(pixels, read_notes(path))
 
 
 def write_picture_file(

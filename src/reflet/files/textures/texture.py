@@ -15,7 +15,8 @@ class Texture:
     ``levels`` hold each picture's bytes without padding, finest first; they may be views of a file on disk.
     ``metadata`` are the container's key-value pairs, values without the NUL at their end; formats that have none leave
     it empty. ``alpha_is_premultiplied`` is False where that is unknown. ``supercompression`` names what wraps the
-    levels in the file ("zstd"), or is None.
+    levels in the file ("zstd"), or is None. ``doubts`` are sentences about what cannot be meant as it stands in the
+    file, and how it was taken.
     """
 
     texel_format: TexelFormat
@@ -26,6 +27,7 @@ class Texture:
     metadata: dict[str, bytes] = field(default_factory=dict)
     alpha_is_premultiplied: bool = False
     supercompression: str | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def image_count(self) -> int:
