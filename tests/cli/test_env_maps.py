@@ -342,3 +342,37 @@ def test_convert_sets_a_z_up_cube_upright(tmp_path: Path, capsys: pytest.Capture
     # px nx py ny pz nz hold what lay along +x -x +z -z -y +y
     assert read_env_image(tmp_path / "y.exr").texels[:, 3, 3, 0].tolist() == [0.0, 1.0, 4.0, 5.0, 3.0, 2.0]
     assert "number of degrees" in refused(capsys, "convert", tmp_path / "z.exr", tmp_path / "n.exr", "--turn", "nan")
+
+
+def test_convert_repairs_and_says_what_and_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = np.ones((32, 64, 3), np.float32)
+    picture[3, 3], picture[4, 3, 0], picture[5, 3, 1] = np.nan, np.inf, -2.0
+    write_exr(tmp_path / "broken.exr", picture)
+    advice = refused(capsys, "convert", tmp_path / "broken.exr", tmp_path / "out.exr")
+    assert "reflet convert --repair" in advice
+    assert reflet("convert", tmp_path / "broken.exr", tmp_path / "out.exr", "--repair") == 0
+    said = capsys.readouterr().err
+    for words in ("1 not a number", "1 infinite", "1 negative", "rows 3 to 5"):
+        assert words in said
+    np.testing.assert_array_equal(
+        read_env_image(tmp_path / "out.exr").texels[0, 3:6, 3], [[1, 1, 1], [1, 1, 1], [1, 0, 1]]
+    )
+
+
+def test_layers_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import OpenEXR
+
+    channels = {
+        f"ViewLayer.{layer}.{channel}": np.full((4, 8), value, np.float32)
+        for layer, value in (("Combined", 2.0), ("Emit", 3.0))
+        for channel in "RGB"
+    }
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(str(tmp_path / "render.exr"))
+    for verb, *more in (("info",), ("convert", tmp_path / "a.exr")):
+        assert "reflet convert --layer" in refused(capsys, verb, tmp_path / "render.exr", *more)
+        assert "ViewLayer.Combined" in refused(capsys, verb, tmp_path / "render.exr", *more, "--layer", "Diffuse")
+    assert reflet("convert", tmp_path / "render.exr", tmp_path / "a.exr", "--layer", "ViewLayer.Emit") == 0
+    assert (read_env_image(tmp_path / "a.exr").texels == 3.0).all()
+    capsys.readouterr()
+    assert reflet("info", tmp_path / "render.exr", "--layer", "ViewLayer.Combined") == 0
+    assert "8×4" in capsys.readouterr().out

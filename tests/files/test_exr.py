@@ -137,7 +137,9 @@ def test_parts_are_chosen_by_name_or_by_what_they_hold(tmp_path):
 
 def test_of_several_pictures_the_first_is_read_and_the_others_are_named(tmp_path):
     path, _, _ = parts(tmp_path)
-    assert read_exr_picture(path).doubts == (f"{path} holds several pictures; beauty is read, not sky (--layer NAME).",)
+    assert read_exr_picture(path).doubts == (
+        f"{path} holds several pictures; beauty is read, not sky; reflet convert --layer NAME writes one out.",
+    )
     assert read_exr_picture(path, "beauty").doubts == ()
 
 
@@ -158,7 +160,7 @@ def test_layers_are_read_by_name(tmp_path):
         assert read.shape[2] == (4 if name == "ViewLayer.Combined" else 3)
     with pytest.raises(
         RefletError,
-        match=r"holds the layers Composite.Combined, ViewLayer.Combined, ViewLayer.DiffCol; say which .--layer NAME",
+        match=r"holds the layers Composite.Combined, ViewLayer.Combined, ViewLayer.DiffCol; write one out",
     ):
         read_exr(path)
     with pytest.raises(RefletError, match=r"no layer Combined of colours; it has Composite.Combined, "):

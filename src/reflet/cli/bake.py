@@ -1,20 +1,30 @@
 """``reflet bake``."""
 
+import shlex
 from pathlib import Path
 
 import click
 
-from reflet.cli.options import VARIANTS, Vector, variant_option
+from reflet.cli.options import VARIANTS, Vector, from_option, layer_option, variant_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.geometry import KINDS
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 
 _GEOMETRY = click.Choice(list(KINDS))
 
 
 @click.command(short_help="Bake a scene into a folder of environment maps.")
 @click.argument("scene", metavar="SCENE")
-@click.option("--environment", type=click.Path(path_type=Path), help="Lat-long .hdr or .exr picture around the scene.")
+@click.option("--environment", type=click.Path(path_type=Path), help="An environment map of any kind around the scene.")
+@from_option
+@layer_option
+@click.option(
+    "--up",
+    type=click.Choice(list(SOURCE_FROM_UPRIGHT)),
+    help="The axis of SCENE that points up; z turns +z to +y. By default y, or what a Mitsuba camera says.",
+)
 @click.option("--views", type=click.IntRange(1), default=3, show_default=True, help="Number of viewpoints.")
 @click.option(
     "--spacing",
@@ -53,6 +63,9 @@ _GEOMETRY = click.Choice(list(KINDS))
 def bake(
     scene: str,
     environment: Path | None,
+    source_is: Parameterization | None,
+    layer: str | None,
+    up: str | None,
     views: int,
     spacing: float,
     azimuth: float | None,
@@ -80,6 +93,7 @@ def bake(
     Examples:
       reflet bake teapot-room --out teapot
       reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
+      reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
       reflet bake shop.glb --reflect 'Vase*' --distant box --elevation 15 --out vase
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
@@ -89,7 +103,7 @@ def bake(
     from reflet.scene.views.framing import frame_orbit
     from reflet.scene.views.parameter_space import orbit_space
 
-    loaded = load_scene(scene, environment=environment, reflect=reflect)
+    loaded = load_scene(scene, environment=environment, reflect=reflect, source_is=source_is, layer=layer, up=up)
     orbit = frame_orbit(
         loaded,
         azimuth_deg=azimuth,
@@ -113,4 +127,4 @@ def bake(
             resume=resume,
             progress=progress,
         )
-    click.echo(f"{out} is ready; look at it with: reflet view {out}")
+    click.echo(f"{out} is ready; look at it with: {shlex.join(['reflet', 'view', str(out)])}")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import PARAMETERIZATION, map_file_options, up_option
+from reflet.cli.options import PARAMETERIZATION, layer_option, map_file_options, up_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.parameterizations.parameterization import Parameterization
 
@@ -18,6 +18,10 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
     "--turn", type=float, default=0.0, help="Degrees to turn it about the vertical, counter-clockwise from above."
 )
 @up_option
+@click.option(
+    "--repair", is_flag=True, help="Put right what is not a number, infinite or negative, and say where it was."
+)
+@layer_option
 @map_file_options
 def convert(
     source: Path,
@@ -26,6 +30,8 @@ def convert(
     size: int | None,
     turn: float,
     up: str,
+    repair: bool,
+    layer: str | None,
     layout: str | None,
     mips: bool | None,
     texel_format: str | None,
@@ -44,6 +50,8 @@ def convert(
       reflet convert studio.hdr cross.exr --to cube --size 512 --layout horizontal-cross
       reflet convert studio.hdr 'sky_{face}.png' --to cube
       reflet convert probe.hdr studio.exr --from angular --to latlong
+      reflet convert render.exr studio.hdr --layer ViewLayer.Combined
+      reflet convert broken.exr sound.exr --repair
       reflet convert studio.hdr turned.hdr --turn 90      what looked along +x then looks along -z
       reflet convert sky.dds upright.dds --up z           made where +z points up: +z becomes +y
     """
@@ -58,6 +66,8 @@ def convert(
             source_is=source_is,
             turn_deg=turn,
             up=up,
+            repair=repair,
+            layer=layer,
             layout=layout,
             mips=mips,
             texel_format=texel_format,

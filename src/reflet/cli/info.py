@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import from_option
+from reflet.cli.options import from_option, layer_option
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
 
@@ -12,7 +12,8 @@ from reflet.errors import RefletError
 @click.command(short_help="Say what a PEM, an environment map or a BRDF table holds.")
 @click.argument("path", metavar="PEM|FILE", type=click.Path(path_type=Path))
 @from_option
-def info(path: Path, source_is: Parameterization | None) -> None:
+@layer_option
+def info(path: Path, source_is: Parameterization | None, layer: str | None) -> None:
     """Prints what is in a PEM's folder, or in the file of an environment map or a BRDF table.
 
     Of a PEM: viewpoints, layers with their geometries, sizes, and how well inference went. Of a file: kind, size,
@@ -25,6 +26,7 @@ def info(path: Path, source_is: Parameterization | None) -> None:
       reflet info teapot
       reflet info studio.hdr
       reflet info probe.exr --from angular
+      reflet info render.exr --layer ViewLayer.Combined
       reflet info satin.npz
     """
     if path.is_dir() and not _holds_a_cube(path):
@@ -37,7 +39,7 @@ def info(path: Path, source_is: Parameterization | None) -> None:
     elif path.suffix.lower() == ".npz":
         _tell_of_brdf(path)
     else:
-        _tell_of_map(path, source_is)
+        _tell_of_map(path, source_is, layer)
 
 
 def _holds_a_cube(folder: Path) -> bool:
@@ -50,18 +52,18 @@ def _holds_a_cube(folder: Path) -> bool:
         return False
 
 
-def _tell_of_map(path: Path, source_is: Parameterization | None) -> None:
+def _tell_of_map(path: Path, source_is: Parameterization | None, layer: str | None) -> None:
     from rich.console import Console
 
     from reflet.files.env_image_file import file_facts, read_levels
     from reflet.report.env_image_table import env_image_table
     from reflet.report.terminal_picture import terminal_picture
 
-    levels = read_levels(path, source_is)
+    levels = read_levels(path, source_is, layer=layer)
     console = Console()
     if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
         console.print(terminal_picture(levels[0], min(console.width, 96)), end="")
-    click.echo(env_image_table(file_facts(path), levels))
+    click.echo(env_image_table(file_facts(path, layer), levels))
 
 
 def _tell_of_brdf(path: Path) -> None:

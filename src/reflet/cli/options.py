@@ -30,6 +30,9 @@ PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(
     "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."
 )
+layer_option = click.option(
+    "--layer", metavar="NAME", help="Which layer of an .exr to read, such as ViewLayer.Combined."
+)
 up_option = click.option(
     "--up",
     type=click.Choice(list(SOURCE_FROM_UPRIGHT)),

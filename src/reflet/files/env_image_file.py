@@ -120,12 +120,12 @@ def _radiance_of(path: Path, layer: str | None, doubts: list[str]) -> PictureFil
     return replace(picture, pixels=as_radiance([picture.pixels])[0])
 
 
-def file_facts(path: _Path) -> FileFacts:
-    """What a file says of itself. Raises RefletError where it cannot be read."""
+def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
+    """What a file, of an .exr the ``layer``, says of itself. Raises RefletError where it cannot be read."""
     path = Path(path)
     files = six_files(path, READ)
     if files is not None:
-        face = read_picture_file(files[0])
+        face = read_picture_file(files[0], layer)
         height, width, channels = face.pixels.shape
         form = READ[files[0].suffix.lower()]
         return FileFacts(form, CUBE, "faces", height, width, 6, 1, channels, _stored_as(files[0]), None, face.notes)
@@ -147,7 +147,7 @@ def file_facts(path: _Path) -> FileFacts:
             texture.supercompression,
             {key: _as_text(value) for key, value in texture.metadata.items()},
         )
-    picture = read_picture_file(path)
+    picture = read_picture_file(path, layer)
     height, width, channels = picture.pixels.shape
     laid_out = kind_of_picture(picture)
     lies = "openexr" if picture.openexr_layout else layout_of(laid_out, height, width) if laid_out else None

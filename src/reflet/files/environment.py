@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from reflet.envmap.parameterizations.by_name import parameterization
+from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image
@@ -14,18 +15,21 @@ from reflet.files.env_image_file import read_env_image
 LatLong = Float32[np.ndarray, "height width 3"]
 
 
-def read_environment(path: str | os.PathLike[str]) -> LatLong:
+def read_environment(
+    path: str | os.PathLike[str], source_is: Parameterization | None = None, layer: str | None = None
+) -> LatLong:
     """Radiance of an environment with +x in the middle: u = 1/2 + atan2(z, x)/2π, v = acos(y)/π.
 
-    ``path`` is anything that `read_env_image` takes. Maps that are not lat-long are resampled, as finely along the
-    equator as they are on average. Raises RefletError for files that are missing, damaged, of no or of unknown kind, or
-    hold radiance that is negative or not finite.
+    ``path`` is anything that `read_env_image` takes, ``source_is`` its parameterization where it does not tell,
+    ``layer`` that of an .exr. Maps that are not lat-long are resampled, as finely along the equator as they are on
+    average. Raises RefletError for files that are missing, damaged, of no or of unknown kind, or hold radiance that is
+    negative or not finite.
     """
-    image = read_env_image(path)
+    image = read_env_image(path, source_is, layer=layer)
     latlong = parameterization("latlong")
     lowest = image.texels[..., :3].min()
     if lowest < 0.0:
-        raise RefletError(f"{path} holds negative radiance ({lowest:g}); clip it to zero.")
+        raise RefletError(f"{path} holds negative radiance ({lowest:g}); reflet convert --repair makes it 0.")
     if image.parameterization != latlong:
         # a map of n texels has n/4π in a steradian; so many has one of H rows, H²/π², at its equator
         rows = math.ceil(0.5 * math.sqrt(math.pi * math.prod(image.texels.shape[:3])))

@@ -33,6 +33,8 @@ def convert(
     source_is: Parameterization | None = None,
     turn_deg: float = 0.0,
     up: str = "y",
+    repair: bool = False,
+    layer: str | None = None,
     layout: str | None = None,
     mips: bool | None = None,
     texel_format: str | None = None,
@@ -45,15 +47,15 @@ def convert(
     as many texels over the sphere as before. ``source_is`` is the source's parameterization where its file does not
     tell. ``up`` is the axis, "y" or "z", that points up in it: +z becomes +y, +y becomes -z. Then ``turn_deg`` turns
     the environment about the vertical, counter-clockwise seen from above. What lands texel on texel is not filtered.
-    ``layout``, ``texel_format`` and ``zstd`` are those of `write_env_image`. ``mips`` adds all mip levels, by default
-    to .ktx2, .ktx and .dds; where neither parameterization nor size change, the source's own are kept. Raises
-    RefletError for what cannot be read, written or held.
+    ``repair`` and ``layer`` are those of `read_levels`, ``layout``, ``texel_format`` and ``zstd`` of `write_env_image`.
+    ``mips`` adds all mip levels, by default to .ktx2, .ktx and .dds; where neither parameterization nor size change,
+    the source's own are kept. Raises RefletError for what cannot be read, written or held.
     """
     check_size(size)
     source_from_result = _turn(turn_deg, up)
     with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
     progress("read", 0, 1)
-    levels = read_levels(source, source_is)
+    levels = read_levels(source, source_is, layer=layer, repair=repair)
     progress("read", 1, 1)
     finest = levels[0]
     to = finest.parameterization if to is None else to

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
 from reflet.files.environment import read_environment
 from reflet.scene.assemble import assemble
@@ -10,22 +12,33 @@ from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf import read_gltf
 from reflet.scene.readers.obj import read_obj
 from reflet.scene.scene import Scene
+from reflet.scene.upright import upright
 
 BUILT_IN = "teapot-room"
 
 
-def load_scene(source: str | Path, *, environment: str | Path | None = None, reflect: Sequence[str] = ()) -> Scene:
+def load_scene(
+    source: str | Path,
+    *,
+    environment: str | Path | None = None,
+    reflect: Sequence[str] = (),
+    source_is: Parameterization | None = None,
+    layer: str | None = None,
+    up: str | None = None,
+) -> Scene:
     """The scene in a .glb, .gltf, .obj or Mitsuba .xml file, or the built-in ``teapot-room``.
 
-    ``environment`` is a lat-long .hdr or .exr picture that lights the scene from infinity; ``reflect`` names parts that
-    reflect whatever their material (case does not count, ``*`` matches anything). Raises RefletError for anything that
-    cannot be read or baked.
+    ``environment`` is a file of an environment map, as `read_env_image` takes it, that lights the scene from infinity;
+    ``source_is`` is its parameterization where it does not tell, ``layer`` that of an .exr. ``reflect`` names parts
+    that reflect whatever their material (case does not count, ``*`` matches anything). ``up`` is the axis of the scene
+    that points up, "y" or "z": +z becomes +y, and +y becomes -z, of a Mitsuba file's own environment too; by default
+    y, or what a Mitsuba camera says. Raises RefletError for anything that cannot be read or baked.
     """
     if str(source) == BUILT_IN:
         from reflet.scene.builtin.teapot_room import teapot_room
 
-        if environment is not None or reflect:
-            raise RefletError(f"The built-in {BUILT_IN} brings its own light and mirrors; give its name alone.")
+        if environment is not None or reflect or up is not None:
+            raise RefletError(f"The built-in {BUILT_IN} brings its own light, mirrors and axes; give its name alone.")
         return teapot_room()
     path = Path(source)
     suffix = path.suffix.lower()
@@ -33,10 +46,14 @@ def load_scene(source: str | Path, *, environment: str | Path | None = None, ref
         raise RefletError(f"A scene is a .glb, .gltf, .obj or .xml file, or the built-in {BUILT_IN}, not {source}.")
     if not path.is_file():
         raise RefletError(f"There is no file {path}; check the name.")
-    light = EnvironmentLight(read_environment(environment)) if environment is not None else None
+    if environment is None and (source_is is not None or layer is not None):
+        raise RefletError("What the environment's file holds is told, but none came; add --environment FILE.")
+    if up not in (None, *SOURCE_FROM_UPRIGHT):
+        raise RefletError(f"What points up is one of {' '.join(SOURCE_FROM_UPRIGHT)}, not {up!r}.")
+    light = None if environment is None else EnvironmentLight(read_environment(environment, source_is, layer))
     if suffix == ".xml":
         from reflet.trace.mitsuba_files.mitsuba_xml import read_mitsuba_xml
 
-        return read_mitsuba_xml(path, environment=light, reflect=reflect)
+        return read_mitsuba_xml(path, environment=light, reflect=reflect, up=up)
     parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
-    return assemble(parts, environment=light, reflect=reflect)
+    return assemble(upright(parts, up or "y"), environment=light, reflect=reflect)

@@ -73,10 +73,13 @@ def chosen_layer(
         raise RefletError(f"{path} has no layer {name} of colours; it has {_listed([n for n in names if n])}.")
     plain = [layer for layer in layers if layer.is_plain]
     if not plain and len(layers) > 1:
-        raise RefletError(f"{path} holds the layers {_listed(names)}; say which (--layer NAME).")
+        raise RefletError(f"{path} holds the layers {_listed(names)}; write one out by reflet convert --layer NAME.")
     if len(plain) > 1:
         other = _listed([layer.name or "one without a name" for layer in plain[1:]])
-        said = f"{path} holds several pictures; {plain[0].name or 'the first'} is read, not {other} (--layer NAME)."
+        first = plain[0].name or "the first"
+        said = (
+            f"{path} holds several pictures; {first} is read, not {other}; reflet convert --layer NAME writes one out."
+        )
         return plain[0], (said,)
     return (plain or layers)[0], ()
 

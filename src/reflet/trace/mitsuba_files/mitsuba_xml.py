@@ -19,7 +19,7 @@ from reflet.trace.variant import use_variant
 
 
 def read_mitsuba_xml(
-    path: str | Path, *, environment: EnvironmentLight | None = None, reflect: Sequence[str] = ()
+    path: str | Path, *, environment: EnvironmentLight | None = None, reflect: Sequence[str] = (), up: str | None = None
 ) -> Scene:
     """The scene in a Mitsuba 3 XML file; ``environment`` replaces its own, ``reflect`` is as in `assemble`.
 
