@@ -29,7 +29,7 @@ from reflet.scene.bounds import object_positions
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import torus_mesh
-from reflet.scene.readers.gltf import read_gltf
+from reflet.scene.readers.gltf.read import read_gltf
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap

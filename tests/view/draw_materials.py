@@ -34,7 +34,7 @@ from reflet.render.filters.still_environment import StillEnvironment
 from reflet.render.maps.env_map_texture import HALF, create_env_map, upload_env_map
 from reflet.render.materials.env_map_renderer import EnvMapRenderer
 from reflet.render.materials.material_renderer import MaterialRenderer
-from reflet.scene.readers.gltf import read_gltf
+from reflet.scene.readers.gltf.read import read_gltf
 from reflet.scene.views.parameter_space import Orbit
 
 CLASSES = {

@@ -36,7 +36,7 @@ from reflet.scene.builtin.teapot import teapot_mesh
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
-from reflet.scene.readers.gltf import read_gltf
+from reflet.scene.readers.gltf.read import read_gltf
 from reflet.scene.readers.obj import read_obj
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Vec3

@@ -1,0 +1,152 @@
+"""Materials of glTF: metallic-roughness, and specular-glossiness turned into it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from reflet.scene.material import MIRROR, Material, Texture, Vec3
+from reflet.scene.readers.gltf.document import Document
+from reflet.scene.readers.gltf.images import Textures
+from reflet.scene.readers.gltf.specular_glossiness import converted_textures, metallic_roughness
+from reflet.scene.readers.gltf.values import (
+    JsonObject,
+    child,
+    extension,
+    index_or_none,
+    json_object,
+    number,
+    numbers,
+    text,
+)
+
+_SPECULAR_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
+
+
+@dataclass(frozen=True)
+class TextureUse:
+    """How a material's textures look texture coordinates up."""
+
+    coordinates: int
+    transform: tuple[float, float, float, float, float]  # offset, rotation, scale
+    wraps: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class ReadMaterial:
+    """A material, and how its textures are placed; None where it has none."""
+
+    material: Material
+    use: TextureUse | None
+
+
+class Materials:
+    """Reads each material once, and notes what is shown otherwise than it says."""
+
+    def __init__(self, document: Document, textures: Textures) -> None:
+        self._document, self._textures = document, textures
+        self._read: dict[int, ReadMaterial] = {}
+
+    def material(self, index: int | None) -> ReadMaterial:
+        """Material ``index``; without one a mirror."""
+        if index is None:
+            return ReadMaterial(MIRROR, None)
+        if index not in self._read:
+            self._read[index] = self._read_material(index)
+        return self._read[index]
+
+    def _read_material(self, index: int) -> ReadMaterial:
+        source = self._document.item("materials", index)
+        name = text(source, "name") or f"material_{index}"
+        older = extension(source, _SPECULAR_GLOSSINESS)
+        pbr = child(source, "pbrMetallicRoughness")
+        bumps, glow = _info(source, "normalTexture"), _info(source, "emissiveTexture")
+        if older is None:
+            colors = [_info(pbr, "baseColorTexture"), _info(pbr, "metallicRoughnessTexture")]
+            material = self._newer(pbr, colors)
+            alpha = numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3]
+        else:
+            colors = [_info(older, "diffuseTexture"), _info(older, "specularGlossinessTexture")]
+            material = self._older(older, colors)
+            alpha = numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[3]
+        strength = number(extension(source, "KHR_materials_emissive_strength") or {}, "emissiveStrength", 1.0)
+        emission = np.maximum(numbers(source, "emissiveFactor", (0.0, 0.0, 0.0)), 0.0) * strength
+        material = replace(
+            material,
+            name=name,
+            emission=_vec3(emission),
+            double_sided=source.get("doubleSided") is True,
+            normal_texture=self._textures.texture(bumps),
+            normal_scale=1.0 if bumps is None else number(bumps, "scale", 1.0),
+            emission_texture_srgb=self._textures.texture(glow),
+        )
+        self._note_transparency(source, material, alpha, index)
+        shown = [info for info in (*colors, bumps, glow) if info is not None and self._textures.texture(info)]
+        uses = [self._use(info) for info in shown]
+        if len({(use.coordinates, use.transform) for use in uses}) > 1:
+            self._document.notes.add(
+                "textures that are placed differently on one material are all placed like its first",
+                "materials", index, name,
+            )  # fmt: skip
+        return ReadMaterial(material, uses[0] if uses else None)
+
+    def _newer(self, pbr: JsonObject, infos: list[JsonObject | None]) -> Material:
+        return Material(
+            base_color=_vec3(_unit_colors(numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3])[0]),
+            metallic=_unit(number(pbr, "metallicFactor", 1.0)),
+            perceptual_roughness=_unit(number(pbr, "roughnessFactor", 1.0)),
+            base_color_texture_srgb=self._textures.texture(infos[0]),
+            metallic_roughness_texture=self._textures.texture(infos[1]),
+        )
+
+    def _older(self, older: JsonObject, infos: list[JsonObject | None]) -> Material:
+        diffuse = _unit_colors(numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[:3])
+        specular = _unit_colors(numbers(older, "specularFactor", (1.0, 1.0, 1.0)))
+        glossiness = _unit(number(older, "glossinessFactor", 1.0))
+        textures = [self._textures.texture(info) for info in infos]
+        given = [texture for texture in textures if texture is not None]
+        if not given:
+            base, metallic, roughness = metallic_roughness(diffuse, specular, np.array([glossiness]))
+            return Material(
+                base_color=_vec3(base[0]), metallic=float(metallic[0]), perceptual_roughness=float(roughness[0])
+            )
+        diffuse_srgb, specular_srgb = (None if texture is None else texture.pixels for texture in textures)
+        base_texture, other_texture = converted_textures(
+            diffuse_srgb, specular_srgb, (diffuse[0], specular[0], glossiness)
+        )
+        clamp = given[0].clamp
+        return Material(
+            base_color_texture_srgb=Texture(base_texture, clamp),
+            metallic_roughness_texture=Texture(other_texture, clamp),
+        )
+
+    def _note_transparency(self, source: JsonObject, material: Material, alpha: float, index: int) -> None:
+        mode, texture = source.get("alphaMode"), material.base_color_texture_srgb
+        least = alpha * (1.0 if texture is None else float(texture.pixels[..., 3].min()) / 255.0)
+        if (mode == "BLEND" and least < 1.0) or (mode == "MASK" and least < number(source, "alphaCutoff", 0.5)):
+            self._document.notes.add("what is transparent is shown opaque", "materials", index, material.name)
+
+    def _use(self, info: JsonObject) -> TextureUse:
+        placing = extension(info, "KHR_texture_transform") or {}
+        coordinates = index_or_none(placing, "texCoord")
+        if coordinates is None:
+            coordinates = index_or_none(info, "texCoord") or 0
+        offset, scale = numbers(placing, "offset", (0.0, 0.0)), numbers(placing, "scale", (1.0, 1.0))
+        transform = (offset[0], offset[1], number(placing, "rotation", 0.0), scale[0], scale[1])
+        return TextureUse(coordinates, transform, self._textures.wraps(info))
+
+
+def _info(parent: JsonObject, key: str) -> JsonObject | None:
+    return None if parent.get(key) is None else json_object(parent[key], key)
+
+
+def _unit(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+def _unit_colors(values: tuple[float, ...]) -> Float[np.ndarray, "1 3"]:
+    return np.clip(np.array([values]), 0.0, 1.0)
+
+
+def _vec3(values: Float[np.ndarray, "3"]) -> Vec3:
+    return float(values[0]), float(values[1]), float(values[2])

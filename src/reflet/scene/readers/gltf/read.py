@@ -1,0 +1,51 @@
+"""Reading glTF 2.0 (.gltf, .glb) into parts in world space."""
+
+import struct
+from pathlib import Path
+
+from reflet.errors import RefletError
+from reflet.scene.readers.gltf.accessors import Accessors
+from reflet.scene.readers.gltf.buffers import Buffers
+from reflet.scene.readers.gltf.container import read_container
+from reflet.scene.readers.gltf.document import open_document
+from reflet.scene.readers.gltf.extensions import check_required, note_extensions, note_what_stands_still
+from reflet.scene.readers.gltf.images import Textures
+from reflet.scene.readers.gltf.materials import Materials
+from reflet.scene.readers.gltf.nodes import Nodes
+from reflet.scene.readers.gltf.primitives import Primitives
+from reflet.scene.readers.gltf.values import DamagedError
+from reflet.scene.scene import Part
+
+
+def read_gltf(path: str | Path) -> list[Part]:
+    """The triangle meshes of a file's default scene, one part per node, instance and primitive, none marked reflective.
+
+    Names are those of node or mesh, with the material's behind where a mesh has several primitives; they need not be
+    unique. Primitives without a material become mirrors of F0 = 0.65. Skins and morph targets are shown in the pose
+    that the file's nodes have. Meshes compressed by Draco or meshoptimizer and Basis Universal textures are decoded.
+    What is not honoured is said in one RefletWarning for each kind; what a file requires and is not supported, and
+    files that are damaged, raise RefletError.
+    """
+    path = Path(path)
+    try:
+        container = read_container(path)
+        check_required(container.root, path)
+        document = open_document(path, container)
+        buffers = Buffers(document)
+        accessors = Accessors(document, buffers)
+        nodes = Nodes(document, accessors)
+        materials = Materials(document, Textures(document, buffers))
+        primitives = Primitives(document, accessors, buffers, nodes, materials)
+        parts = [part for node in nodes.placed() for part in primitives.parts(node)]
+        note_extensions(document)
+        note_what_stands_still(document)
+    except DamagedError as error:
+        raise RefletError(f"{path} is damaged: {error}; export it again.") from error
+    except (ArithmeticError, LookupError, TypeError, AttributeError, ValueError, struct.error, RecursionError) as error:
+        raise RefletError(f"{path} is no valid glTF 2.0 file ({error}); export it again.") from error
+    except MemoryError as error:
+        raise RefletError(
+            f"{path} asks for more memory than there is; it is damaged, or its meshes too large."
+        ) from error
+    document.notes.say(2)
+    return parts
