@@ -60,9 +60,18 @@ def test_bytes_are_where_the_format_says(tmp_path):
     assert len(data) == 148 + 6 * 21 * 8
 
 
-def legacy(code=0, bits=0, masks=(0, 0, 0, 0), kind=4, faces=0, shape=(4, 4)):
-    head = b"DDS " + struct.pack("<7I", 124, 0x1007, *shape, 0, 0, 0) + bytes(44)
+def legacy(code=0, bits=0, masks=(0, 0, 0, 0), kind=4, faces=0, shape=(4, 4), depth=0, levels=0):
+    head = b"DDS " + struct.pack("<7I", 124, 0x1007, *shape, 0, depth, levels) + bytes(44)
     return head + struct.pack("<8I", 32, kind, code, bits, *masks) + struct.pack("<5I", 0x1000, faces, 0, 0, 0)
+
+
+def dx10(dxgi=10, flags=0, layers=1, faces=0, levels=0, dimension=3, shape=(4, 4)):
+    head = legacy(int.from_bytes(b"DX10", "little"), faces=faces, levels=levels, shape=shape)
+    return head + struct.pack("<5I", dxgi, dimension, flags, layers, 0)
+
+
+def texels(texture):
+    return b"".join(level[image].tobytes() for image in range(texture.image_count) for level in texture.levels)
 
 
 BGRA = (0xFF0000, 0xFF00, 0xFF, 0xFF000000)
@@ -80,11 +89,74 @@ BGRA = (0xFF0000, 0xFF00, 0xFF, 0xFF000000)
         (legacy(0, 32, BGRA, kind=0x41), "bgra8_srgb"),
         (legacy(0, 32, BGRA, kind=0x40), "bgrx8_srgb"),  # alpha's mask without the flag means nothing
         (legacy(0, 24, (*BGRA[:3], 0), kind=0x40), "bgr8_srgb"),
+        (legacy(36), "rgba16"),
+        (legacy(int.from_bytes(b"DXT3", "little")), "bc2_srgb"),
+        (legacy(int.from_bytes(b"DXT4", "little")), "bc3_srgb"),
+        (legacy(0, 32, (0xFF, 0xFF00, 0xFF0000, 0), kind=0x40), "rgbx8_srgb"),
+        (legacy(0, 24, (0xFF, 0xFF00, 0xFF0000, 0), kind=0x40), "rgb8_srgb"),
+        (legacy(0, 8, (0xFF, 0, 0, 0), kind=0x20000), "r8_srgb"),
+        (legacy(113, faces=0x200000, depth=1), "rgba16f"),  # a volume of one slice
     ],
 )
 def test_the_older_header(tmp_path, head, name):
     texture = random_texture(name, 4, 4)
     (tmp_path / "a.dds").write_bytes(head + texture.levels[0].tobytes())
+    assert_same(read_dds_texture(tmp_path / "a.dds"), texture)
+
+
+@pytest.mark.parametrize(
+    ("head", "doubt"),
+    [
+        (dx10(flags=4, faces=0xFE00, levels=2), None),
+        (dx10(flags=4, levels=2), None),  # marked in one header only
+        (dx10(faces=0xFE00, levels=2), None),
+        (dx10(flags=4, layers=0, levels=2), None),
+        (dx10(flags=4, dimension=0, levels=2), None),
+        (dx10(faces=0x200, levels=2), None),  # no face named
+        (dx10(faces=0x600, levels=2), None),  # one face named; by the size there are six
+        (legacy(113, faces=0x200, levels=2), None),
+        (
+            dx10(flags=4, layers=6, levels=2),
+            "36 pictures of 2 mip levels, but by its size it is a cube of 2 mip levels",
+        ),
+        (dx10(flags=4, faces=0xFE00, layers=6, levels=2), "36 pictures of 2 mip levels, but by its size it is a cube"),
+        (dx10(levels=2), "1 picture of 2 mip levels, but by its size it is a cube of 2 mip levels"),
+        (dx10(flags=4, levels=77, shape=(2, 2)), "77 mip levels, but by its size it is a cube of 2 mip levels"),
+        (dx10(flags=4, levels=0, shape=(2, 2)), "1 mip level, but by its size it is a cube of 2 mip levels"),
+    ],
+)
+def test_a_cube_is_one_whatever_says_so(tmp_path, head, doubt):
+    """Directly behind each other lie a face's levels: a wrong count of them would shear all faces but the first."""
+    size = struct.unpack_from("<I", head, 12)[0]
+    texture = random_texture("rgba16f", size, size, 2, is_cube=True)
+    (tmp_path / "a.dds").write_bytes(head + texels(texture))
+    read = read_dds_texture(tmp_path / "a.dds")
+    assert_same(read, texture)
+    assert [said.partition(" declares ")[2].startswith(doubt or "") for said in read.doubts] == [True] * bool(doubt)
+
+
+def test_one_level_where_the_header_says_several(tmp_path):
+    texture = random_texture("rgba16f", 4, 8)
+    (tmp_path / "a.dds").write_bytes(legacy(113, levels=3, shape=(4, 8)) + texels(texture))
+    read = read_dds_texture(tmp_path / "a.dds")
+    assert_same(read, texture)
+    assert ["3 mip levels, but by its size it is 1 picture of 1 mip level," in said for said in read.doubts] == [True]
+
+
+def test_the_first_of_several_cubes_is_read(tmp_path):
+    texture = random_texture("rgba16f", 4, 4, 3, layers=12)
+    (tmp_path / "a.dds").write_bytes(dx10(flags=4, layers=2, levels=3) + texels(texture))
+    read = read_dds_texture(tmp_path / "a.dds")
+    assert read.is_cube
+    for ours, theirs in zip(read.levels, texture.levels, strict=True):
+        np.testing.assert_array_equal(ours, theirs[:6])
+    assert read.doubts == (f"{tmp_path / 'a.dds'} holds 2 cubes; the first is read.",)
+
+
+@pytest.mark.parametrize(("dxgi", "name"), [(1, "rgba32f"), (9, "rgba16f"), (94, "bc6h"), (97, "bc7"), (27, "rgba8")])
+def test_formats_without_a_type(tmp_path, dxgi, name):
+    texture = random_texture(name, 4, 4)
+    (tmp_path / "a.dds").write_bytes(dx10(dxgi) + texels(texture))
     assert_same(read_dds_texture(tmp_path / "a.dds"), texture)
 
 
@@ -102,8 +174,9 @@ def test_an_older_cube(tmp_path):
         (legacy(113), "truncated"),
         (legacy(112) + bytes(999), "code 112"),
         (legacy(0, 16, (1, 2, 3, 0), kind=0x40) + bytes(999), "16 bits in an unusual order"),
-        (legacy(113, faces=0x600) + bytes(9999), "nor a whole cube"),  # one face of six
-        (legacy(113, faces=0x200000) + bytes(9999), "neither a 2D texture"),  # a volume
+        (legacy(113, faces=0x600) + bytes(9999), "only 1 of its six faces"),
+        (legacy(113, faces=0xE00) + bytes(2 * 4 * 4 * 8), "only 2 of its six faces"),
+        (legacy(113, faces=0x200000, depth=2) + bytes(9999), "neither a 2D texture"),
         (legacy(113, faces=0xFE00, shape=(4, 8)) + bytes(9999), "nor a whole cube"),
         (legacy(113, shape=(0, 4)) + bytes(999), "neither a 2D texture"),
         (legacy(113, shape=(1 << 31, 1 << 31)) + bytes(999), "truncated"),

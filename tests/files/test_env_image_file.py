@@ -1,5 +1,6 @@
 """The entrance for files: every form keeps what it can, kinds are told or guessed, and the rest is one sentence."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -223,14 +224,34 @@ def test_what_the_user_says_outweighs_what_the_file_says(tmp_path):
         assert read_env_image(tmp_path / name, ANGULAR).parameterization == ANGULAR
 
 
-def test_a_texture_of_six_layers_is_a_cube_if_said(tmp_path):
+def test_six_square_layers_are_a_cube(tmp_path):
     texture = random_texture("rgba32f", 4, 4, layers=6)
     write_texture(tmp_path / "map.ktx2", texture)
-    with pytest.raises(RefletError, match="say cube "):
-        read_env_image(tmp_path / "map.ktx2")
-    np.testing.assert_array_equal(
-        read_env_image(tmp_path / "map.ktx2", CUBE).texels[..., :3], texture.decode(0)[..., :3]
-    )
+    write_dds_texture(tmp_path / "map.dds", texture)
+    for name in ("map.ktx2", "map.dds"):
+        with pytest.warns(RefletWarning, match="six square layers that it does not call a cube"):
+            read = read_env_image(tmp_path / name)
+        assert read.parameterization == CUBE
+        np.testing.assert_array_equal(read.texels[..., :3], texture.decode(0)[..., :3])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # nothing is in doubt where it was said
+        assert read_env_image(tmp_path / "map.ktx2", CUBE).parameterization == CUBE
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".ktx2", ".dds"])
+def test_an_alpha_that_hides_everything_is_not_meant(tmp_path, suffix):
+    """Tools that know no alpha leave it 0: the light would be lost, silently where alpha is straight."""
+    image = random_image(LATLONG, channels=4)
+    image.texels[..., 3] = 0.0
+    path = tmp_path / f"map{suffix}"
+    if suffix == ".png":
+        write_png(path, np.full((4, 8, 4), (255, 255, 255, 0), np.uint8))
+        image = EnvImage(LATLONG, np.ones((1, 4, 8, 4), np.float32))
+    else:
+        write_env_image(path, [image])
+    with pytest.warns(RefletWarning, match="has an alpha of 0 everywhere, which is left out; its colours are kept"):
+        read = read_env_image(path)
+    np.testing.assert_allclose(read.texels, image.texels[..., :3], rtol=0, atol=STEP[suffix])
 
 
 @pytest.mark.parametrize("laid_out", [LATLONG, CUBE], ids=str)

@@ -149,3 +149,120 @@ def test_a_peers_skybox_is_oriented_as_ours():
     wrong = np.corrcoef(np.log(cube.ravel()), np.log(mirrored.ravel()))[0, 1]
     assert right > 0.97  # the skybox is blurred a little
     assert wrong < 0.9
+
+
+def written(tmp_path, texture):
+    write_ktx1_texture(tmp_path / "a.ktx", texture)
+    return bytearray((tmp_path / "a.ktx").read_bytes())
+
+
+def with_header(data, **numbers):
+    at = {"type": 16, "format": 24, "internal": 28, "depth": 44, "layers": 48, "faces": 52, "levels": 56, "pairs": 60}
+    for name, number in numbers.items():
+        struct.pack_into("<I", data, at[name], number)
+    return data
+
+
+def reread(tmp_path, data):
+    (tmp_path / "b.ktx").write_bytes(data)
+    return read_ktx1_texture(tmp_path / "b.ktx")
+
+
+@pytest.mark.parametrize("depth", [0, 1])
+@pytest.mark.parametrize("layers", [0, 1])
+def test_a_count_of_one_means_as_little_as_none(tmp_path, depth, layers):
+    """bimg writes a depth and a layer of 1, gli no face for what is no cube."""
+    flat = random_texture("rgba16f", 4, 8, 2)
+    for faces in (0, 1):
+        read = reread(tmp_path, with_header(written(tmp_path, flat), depth=depth, layers=layers, faces=faces))
+        assert_same(read, flat)
+        assert read.doubts == ()
+    cube = random_texture("rgba16f", 4, 4, 3, is_cube=True)
+    read = reread(tmp_path, with_header(written(tmp_path, cube), depth=depth, layers=layers))
+    assert_same(read, cube)
+    assert read.doubts == ()
+
+
+def test_the_first_of_several_cubes_is_read(tmp_path):
+    layers = random_texture("rgba16f", 4, 4, 2, layers=12)
+    read = reread(tmp_path, with_header(written(tmp_path, layers), layers=2, faces=6))
+    assert read.is_cube
+    for ours, theirs in zip(read.levels, layers.levels, strict=True):
+        np.testing.assert_array_equal(ours, theirs[:6])
+    assert read.doubts == (f"{tmp_path / 'b.ktx'} holds 2 cubes; the first is read.",)
+
+
+def unpadded(texture, size_of, face_padding):
+    """A file whose rows follow each other without padding; ``size_of`` gives the declared size of a level."""
+    data = b""
+    for level in texture.levels:
+        gap = bytes(-level.shape[1] % 4 if texture.is_cube and face_padding else 0)
+        pictures = b"".join(picture.tobytes() + gap for picture in level)
+        data += struct.pack("<I", size_of(level)) + pictures + bytes(-len(pictures) % 4 if face_padding else 0)
+    head = struct.pack("<5I", 0x04030201, 0x140B, 2, 0x1907, 0x881B)
+    head += struct.pack("<4I", 0x1907, texture.columns, texture.rows, 0)
+    head += struct.pack("<4I", 0, 6 if texture.is_cube else 1, len(texture.levels), 0)
+    return bytearray(b"\xabKTX 11\xbb\r\n\x1a\n" + head + data)
+
+
+@pytest.mark.parametrize("face_padding", [True, False])
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("is_cube", [True, False])
+def test_rows_without_padding(tmp_path, is_cube, whole, face_padding):
+    """Rows of 7 texels are 42 bytes, 44 if padded: the declared size tells; of a cube it may be that of all faces."""
+    texture = random_texture("rgb16f", 7, 7, 3, is_cube=is_cube)
+    data = unpadded(texture, lambda level: level.size if whole else level.shape[1], face_padding)
+    read = reread(tmp_path, data)
+    assert_same(read, texture)
+    assert read.doubts == ()
+
+
+def test_sizes_that_the_dimensions_deny(tmp_path):
+    """A tool declares a sixth of a face; the file is as long as its dimensions say, so nothing is lost."""
+    texture = random_texture("rgba16f", 4, 4, 2, is_cube=True)
+    data = with_header(unpadded(texture, lambda level: level.shape[1] // 6, True), format=0x1908, internal=0x881A)
+    read = reread(tmp_path, data)
+    assert_same(read, texture)
+    assert [doubt.partition(" declares ")[2] for doubt in read.doubts] == [
+        "sizes of its mip levels that its dimensions deny; the dimensions hold."
+    ]
+
+
+@pytest.mark.parametrize(
+    ("junk", "kept", "said"),
+    [
+        (b"\xff" * 8, {}, ["has damaged metadata; all of it is left out."]),
+        (struct.pack("<I", 4) + b"a\0b\0" + struct.pack("<I", 999) + b"xyz\0", {"a": b"b"},
+         ["has damaged metadata; all but a is left out."]),
+        (bytes(12), {}, []),
+    ],
+)  # fmt: skip
+def test_junk_in_the_metadata_costs_no_texel(tmp_path, junk, kept, said):
+    texture = random_texture("rgba16f", 4, 4)
+    data = with_header(written(tmp_path, texture), pairs=len(junk))
+    data[64:64] = junk
+    read = reread(tmp_path, data)
+    assert_same(read, texture)
+    assert read.metadata == kept
+    assert [doubt.partition(".ktx ")[2] for doubt in read.doubts] == said
+
+
+@pytest.mark.parametrize(
+    ("numbers", "name"),
+    [
+        ({"type": 0x8D61}, "rgba16f"),  # GL_HALF_FLOAT_OES
+        ({"type": 0x1403, "internal": 0x805B}, "rgba16"),
+        ({"type": 0x1401, "internal": 0x8C43}, "rgba8_srgb"),
+        ({"type": 0x8367, "internal": 0x8058}, "rgba8"),
+        ({"type": 0x1401, "format": 0x8C42, "internal": 0x8C43}, "rgba8_srgb"),
+    ],
+)
+def test_other_types_of_texels(tmp_path, numbers, name):
+    texture = random_texture(name, 4, 4)
+    data = with_header(written(tmp_path, random_texture("rgba16f", 4, 4)), **numbers)
+    size = texture.levels[0].size
+    read = reread(tmp_path, data[:64] + struct.pack("<I", size) + texture.levels[0].tobytes())
+    assert_same(read, texture)
+    if name == "rgba16":
+        words = texture.levels[0].view("<u2").astype(float).reshape(read.decode(0).shape)
+        np.testing.assert_allclose(read.decode(0), words / 65535.0, rtol=1e-6)  # floats

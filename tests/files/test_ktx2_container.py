@@ -5,6 +5,7 @@ import json
 import shutil
 import struct
 import subprocess
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -185,3 +186,116 @@ def test_files_of_another_writer(tmp_path, parsed):
     """)
     subprocess.run(["node", script, tmp_path / "a.ktx2", tmp_path / "b.ktx2"], check=True, timeout=600)
     assert_same(read_texture(tmp_path / "b.ktx2"), texture)
+
+
+def rewritten(tmp_path, texture, **numbers):
+    """The same file with other numbers in its header."""
+    at = {"depth": 28, "layers": 32, "faces": 36, "levels": 40, "scheme": 44, "descriptor_length": 52}
+    write_texture(tmp_path / "a.ktx2", texture)
+    data = bytearray((tmp_path / "a.ktx2").read_bytes())
+    for name, number in numbers.items():
+        struct.pack_into("<I", data, at[name], number)
+    (tmp_path / "b.ktx2").write_bytes(data)
+    return data
+
+
+@pytest.mark.parametrize("depth", [0, 1])
+@pytest.mark.parametrize("layers", [0, 1])
+def test_a_count_of_one_means_as_little_as_none(tmp_path, depth, layers):
+    flat, cube = random_texture("rgba16f", 4, 8, 2), random_texture("rgba16f", 4, 4, 2, is_cube=True)
+    for texture, faces in ((flat, 0), (flat, 1), (cube, 6)):
+        rewritten(tmp_path, texture, depth=depth, layers=layers, faces=faces)
+        read = read_texture(tmp_path / "b.ktx2")
+        assert_same(read, texture)
+        assert read.doubts == ()
+
+
+@pytest.mark.parametrize("packed", [None, "zstd"])
+def test_the_first_of_several_cubes_is_read(tmp_path, packed):
+    layers = random_texture("rgba16f", 4, 4, 2, layers=12, supercompression=packed)
+    rewritten(tmp_path, layers, layers=2, faces=6)
+    read = read_texture(tmp_path / "b.ktx2")
+    assert read.is_cube
+    for ours, theirs in zip(read.levels, layers.levels, strict=True):
+        np.testing.assert_array_equal(ours, theirs[:6])
+    assert read.doubts == (f"{tmp_path / 'b.ktx2'} holds 2 cubes; the first is read.",)
+
+
+@pytest.mark.parametrize("name", ["rgba16f", "rgb9e5", "r11g11b10f", "rgb32f", "rgba16", "bc6h"])
+def test_levels_may_lie_anywhere(tmp_path, name):
+    """Finest first, at odd offsets, no descriptor, and lengths but no uncompressed lengths."""
+    texture = random_texture(name, 8, 8, 3, is_cube=True)
+    vk_format = next(number for number, each in VK_FORMATS.items() if each == name)
+    index, body, at = b"", b"", 80 + 3 * 24 + 1
+    for level in texture.levels:
+        index += struct.pack("<3Q", at, level.size, 0)
+        body += level.tobytes() + b"\0"
+        at += level.size + 1
+    head = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<9I4I2Q", vk_format, 1, 8, 8, 0, 0, 6, 3, 0, 0, 0, 0, 0, 0, 0)
+    (tmp_path / "a.ktx2").write_bytes(head + index + b"\0" + body)
+    read = read_texture(tmp_path / "a.ktx2")
+    assert_same(read, texture)
+    for level in range(3):
+        assert read.decode(level).shape[:2] == (6, 8 >> level)
+
+
+def test_zlib(tmp_path):
+    frame = zlib.compress(bytes(range(64)) * 64)
+    path = frame_of(tmp_path, frame, 64 * 64)
+    data = bytearray(path.read_bytes())
+    data[44] = 3
+    path.write_bytes(data)
+    assert read_texture(path).levels[0].tobytes() == bytes(range(64)) * 64
+    assert read_texture(path).supercompression == "zlib"
+    for damaged in (zlib.compress(bytes(64 * 64 + 1)), zlib.compress(bytes(64 * 63)), frame[:-5], b"no frame at all"):
+        path = frame_of(tmp_path, damaged, 64 * 64)
+        data = bytearray(path.read_bytes())
+        data[44] = 3
+        path.write_bytes(data)
+        with pytest.raises(RefletError, match="truncated or damaged"):
+            read_texture(path)
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "said"),
+    [
+        (13, 4, "says that its primaries are BT.2020; its colours are taken as Rec. 709."),
+        (13, 77, "says that its primaries are number 77; its colours are taken as Rec. 709."),
+        (14, 2, "says that its texels have transfer function 2, but their format is linear; they are taken as that."),
+        (14, 0, None),
+        (13, 0, None),
+    ],
+)
+def test_colours_that_are_not_honoured_are_said(tmp_path, at, value, said):
+    texture = random_texture("rgba16f", 4, 4)
+    data = rewritten(tmp_path, texture)
+    data[80 + 24 + at] = value
+    (tmp_path / "b.ktx2").write_bytes(data)
+    read = read_texture(tmp_path / "b.ktx2")
+    assert_same(read, texture)
+    assert [doubt.partition(".ktx2 ")[2] for doubt in read.doubts] == ([said] if said else [])
+
+
+@pytest.mark.parametrize(
+    ("name", "swizzle", "is_said"),
+    [("rgba16f", b"bgra", True), ("rgba16f", b"rgba", False), ("rgb16f", b"rgb1", False), ("r16f", b"rrr1", False)],
+)
+def test_swizzles_that_change_colours_are_said(tmp_path, name, swizzle, is_said):
+    write_texture(tmp_path / "a.ktx2", random_texture(name, 4, 4, metadata={"KTXswizzle": swizzle}))
+    doubts = read_texture(tmp_path / "a.ktx2").doubts
+    assert [f"swizzled ({swizzle.decode()})" in doubt for doubt in doubts] == [True] * is_said
+
+
+def test_what_undoes_basis_universal_is_named(tmp_path):
+    rewritten(tmp_path, random_texture("rgba16f", 4, 4), scheme=1)
+    with pytest.raises(RefletError, match=r"BasisLZ, .* tools do: ktx transcode .*b\.ktx2 plain\.ktx2\."):
+        read_texture(tmp_path / "b.ktx2")
+
+
+@pytest.mark.parametrize(("vk_format", "name"), [(147, "ETC2"), (184, "ASTC"), (1000066000, "ASTC HDR")])
+def test_formats_that_are_not_decoded_are_called_by_name(tmp_path, vk_format, name):
+    data = rewritten(tmp_path, random_texture("rgba16f", 4, 4))
+    struct.pack_into("<I", data, 12, vk_format)
+    (tmp_path / "b.ktx2").write_bytes(data)
+    with pytest.raises(RefletError, match=rf"VkFormat {vk_format} \({name}\); expected"):
+        read_texture(tmp_path / "b.ktx2")

@@ -19,7 +19,6 @@ from typing import Literal
 import numpy as np
 
 from reflet.envmap.env_image import EnvImage
-from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.parameterizations.parameterization import Parameterization
@@ -28,7 +27,6 @@ from reflet.envmap.resampling.padding import with_corners
 from reflet.errors import RefletError, RefletWarning
 from reflet.files.atomic import atomic_path
 from reflet.files.file_facts import FileFacts
-from reflet.files.map_kinds import expected_shape, unknown_kind
 from reflet.files.pictures.cube_layouts import as_seen_inside, layout_of, picture_from_faces
 from reflet.files.pictures.map_in_picture import NOTE, image_in_picture, kind_of_picture
 from reflet.files.pictures.openexr_layout import openexr_directions
@@ -36,10 +34,10 @@ from reflet.files.pictures.picture_file import READ, WRITTEN, PictureFile, read_
 from reflet.files.pictures.six_files import PLACEHOLDER, named_files, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
-    KEY,
     as_radiance,
-    levels_from_texture,
-    named_parameterization,
+    as_text,
+    kind_of_texture,
+    levels_in_texture,
     texture_from_levels,
 )
 from reflet.files.textures.texture import Texture
@@ -99,10 +97,15 @@ def _read(
             raise RefletError(f"{path} has no layers, for only .exr files have; leave {layer} out.")
         texture = reader[1](path)
         doubts += texture.doubts
-        levels = _levels_of_texture(path, replace(texture, levels=texture.levels[:most_levels]), parameterization)
+        texture = replace(texture, levels=texture.levels[:most_levels])
+        levels, said = levels_in_texture(path, texture, parameterization)
+        doubts += said
     else:
         picture = _radiance_of(path, layer, doubts)
         levels = (image_in_picture(path, picture, parameterization),)
+    if _has_unused_alpha(levels[0].texels):
+        doubts.append(f"{path} has an alpha of 0 everywhere, which is left out; its colours are kept.")
+        levels = tuple(replace(level, texels=np.ascontiguousarray(level.texels[..., :3])) for level in levels)
     out = []
     for number, level in enumerate(levels):
         sound, said = _sound(path, level, repair)
@@ -111,6 +114,11 @@ def _read(
     for doubt in doubts:
         warnings.warn(doubt, RefletWarning, stacklevel=3)
     return tuple(out)
+
+
+def _has_unused_alpha(texels: np.ndarray) -> bool:
+    """Whether nothing is to be seen by an alpha that is 0 everywhere, though there are colours."""
+    return texels.shape[-1] == 4 and not texels[..., 3].any() and bool(texels[..., :3].any())
 
 
 def _radiance_of(path: Path, layer: str | None, doubts: list[str]) -> PictureFile:
@@ -132,7 +140,7 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
     reader = _texture_reader(path)
     if reader is not None:
         texture = reader[1](path)
-        laid_out = _of_texture(texture)
+        laid_out = kind_of_texture(texture)
         layout = "cube" if texture.is_cube else "layers" if texture.image_count > 1 else "single"
         return FileFacts(
             reader[0],
@@ -145,7 +153,7 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
             texture.texel_format.channels,
             texture.texel_format.name,
             texture.supercompression,
-            {key: _as_text(value) for key, value in texture.metadata.items()},
+            {key: as_text(value) for key, value in texture.metadata.items()},
         )
     picture = read_picture_file(path, layer)
     height, width, channels = picture.pixels.shape
@@ -157,11 +165,6 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
 
 def _stored_as(path: Path) -> str:
     return {".hdr": "rgbe", ".exr": "half or float"}.get(path.suffix.lower(), "srgb")
-
-
-def _as_text(value: bytes) -> str:
-    text = value.decode("utf-8", "replace")
-    return text if all(c.isprintable() or c in "\n\t" for c in text) and "\ufffd" not in text else f"{len(value)} bytes"
 
 
 def _cube_from_files(
@@ -194,32 +197,6 @@ def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None
         if head.startswith(identifier):
             return reader
     raise RefletError(f"{path} is neither a KTX nor a DDS file; it may be damaged or misnamed.")
-
-
-def _of_texture(texture: Texture) -> Parameterization | None:
-    named = named_parameterization(_as_text(texture.metadata.get(KEY, b"")))
-    if named is not None:
-        return named
-    if texture.is_cube:
-        return CUBE
-    shape = (texture.image_count, texture.rows, texture.columns)
-    guesses = (_LATLONG, PARAMETERIZATIONS["dual_paraboloid"])
-    return next((guess for guess in guesses if guess.shape(texture.rows) == shape), None)
-
-
-def _levels_of_texture(path: Path, texture: Texture, parameterization: Parameterization | None) -> tuple[EnvImage, ...]:
-    laid_out = parameterization or _of_texture(texture)
-    images, rows, columns = texture.image_count, texture.rows, texture.columns
-    what = f"{columns}×{rows} texels" + (
-        "" if images == 1 else f" on {images} {'faces' if texture.is_cube else 'layers'}"
-    )
-    if laid_out is None:
-        fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
-        raise RefletError(unknown_kind(path, what, fitting))
-    levels = levels_from_texture(texture, laid_out)
-    if not levels:
-        raise RefletError(f"{path} is {what}, which is no {laid_out} map; {expected_shape(laid_out)}.")
-    return levels
 
 
 def _sound(path: Path, image: EnvImage, repair: bool) -> tuple[EnvImage, list[str]]:

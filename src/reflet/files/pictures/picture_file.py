@@ -49,7 +49,7 @@ def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) ->
         pixels, doubts = read_hdr_with_doubts(path)
         return PictureFile(pixels, read_notes(path), doubts=doubts)
     pixels = read_linear_picture(path)
-    if pixels.shape[2] == 4:  # alpha is kept premultiplied
+    if pixels.shape[2] == 4 and pixels[..., 3].any():  # alpha is kept premultiplied; 0 everywhere it hides nothing
         pixels[..., :3] *= pixels[..., 3:]
     return PictureFile(pixels, read_notes(path))
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.errors import RefletError
+from reflet.files.map_kinds import expected_shape, unknown_kind
 from reflet.files.textures.texel_formats import TEXEL_FORMATS
 from reflet.files.textures.texture import Texture
 
@@ -80,23 +82,52 @@ def _with_channels(texels: np.ndarray, channels: int) -> np.ndarray:
     return out
 
 
-def named_parameterization(name: str | None) -> Parameterization | None:
-    """What a file's own note says it holds, if it is known here."""
-    return PARAMETERIZATIONS.get(name) if name else None
+def kind_of_texture(texture: Texture) -> Parameterization | None:
+    """What the file says that it holds, else what its shape tells; None where neither does."""
+    named = PARAMETERIZATIONS.get(as_text(texture.metadata.get(KEY, b"")))
+    if named is not None:
+        return named
+    if texture.is_cube:
+        return CUBE
+    shape = (texture.image_count, texture.rows, texture.columns)
+    guesses = (PARAMETERIZATIONS["latlong"], PARAMETERIZATIONS["dual_paraboloid"], CUBE)
+    return next((guess for guess in guesses if guess.shape(texture.rows) == shape), None)
 
 
-def levels_from_texture(texture: Texture, laid_out: Parameterization) -> tuple[EnvImage, ...]:
-    """The decoded mip levels, finest first; those that are no map of their own (1×1 of a lat-long map) are left out.
+def as_text(value: bytes) -> str:
+    """A value of a container's metadata; of binary ones their length."""
+    text = value.decode("utf-8", "replace")
+    return text if all(c.isprintable() or c in "\n\t" for c in text) and "\ufffd" not in text else f"{len(value)} bytes"
 
-    None at all where the texture is no such map.
+
+def levels_in_texture(
+    path: Path, texture: Texture, parameterization: Parameterization | None
+) -> tuple[tuple[EnvImage, ...], list[str]]:
+    """The decoded mip levels, finest first, and what is in doubt about them.
+
+    Levels that are no map of their own (1×1 of a lat-long map) are left out. ``parameterization`` outweighs what the
+    file says. Raises RefletError where the kind of map is not known, or the texture's shape does not suit it.
     """
+    laid_out = parameterization or kind_of_texture(texture)
+    images, rows, columns = texture.image_count, texture.rows, texture.columns
+    what = f"{columns}×{rows} texels" + (
+        "" if images == 1 else f" on {images} {'faces' if texture.is_cube else 'layers'}"
+    )
+    if laid_out is None:
+        fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
+        raise RefletError(unknown_kind(path, what, fitting))
     decoded = []
     for mip_level in range(len(texture.levels)):
-        rows, columns = texture.level_shape(mip_level)
-        if (texture.image_count, rows, columns) != laid_out.shape(rows):
+        shape = texture.level_shape(mip_level)
+        if (images, *shape) != laid_out.shape(shape[0]):
             break
         decoded.append(texture.decode(mip_level))
-    return tuple(EnvImage(laid_out, texels) for texels in as_radiance(decoded))
+    if not decoded:
+        raise RefletError(f"{path} is {what}, which is no {laid_out} map; {expected_shape(laid_out)}.")
+    doubts = []
+    if parameterization is None and laid_out == CUBE and not texture.is_cube and KEY not in texture.metadata:
+        doubts.append(f"{path} holds six square layers that it does not call a cube; they are taken as one's faces.")
+    return tuple(EnvImage(laid_out, texels) for texels in as_radiance(decoded)), doubts
 
 
 def as_radiance(levels: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -1,7 +1,10 @@
 """KTX 2.0: any texture in and out of the container. Implements the Khronos Texture File Format 2.0."""
 
 import os
+import shlex
 import struct
+import zlib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +15,7 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.textures.data_format_descriptor import data_format_descriptor
 from reflet.files.textures.ktx_metadata import pack_metadata, unpack_metadata
+from reflet.files.textures.picture_count import PictureCount, damaged_metadata, picture_count
 from reflet.files.textures.texel_formats import TEXEL_FORMATS, TexelFormat
 from reflet.files.textures.texture import Texture, level_shape, most_levels
 
@@ -28,7 +32,12 @@ VK_FORMATS = {
     43: "rgba8_srgb",
     44: "bgra8",
     50: "bgra8_srgb",
+    51: "rgba8",
+    57: "rgba8_srgb",
+    70: "r16",
     76: "r16f",
+    84: "rgb16",
+    91: "rgba16",
     90: "rgb16f",
     97: "rgba16f",
     100: "r32f",
@@ -40,6 +49,8 @@ VK_FORMATS = {
     132: "bc1_srgb",
     133: "bc1",
     134: "bc1_srgb",
+    135: "bc2",
+    136: "bc2_srgb",
     137: "bc3",
     138: "bc3_srgb",
     143: "bc6h",
@@ -51,14 +62,25 @@ VK_FORMATS = {
 
 _HEADER = struct.Struct("<12s 9I 4I 2Q")  # identifier; format to supercompression; DFD and KVD; supercompression data
 _LEVEL = struct.Struct("<3Q")  # offset, length, uncompressed length
-_NONE, _BASIS_LZ, _ZSTD = 0, 1, 2
-_SCHEMES = {_BASIS_LZ: "BasisLZ", 3: "ZLIB"}
-_UASTC = 166  # colour model of a data format descriptor
+_NONE, _BASIS_LZ, _ZSTD, _ZLIB = 0, 1, 2, 3
+_PACKED = {_ZSTD: "zstd", _ZLIB: "zlib"}
+_TRANSCODED = {163: "ETC1S", 166: "UASTC", 167: "UASTC HDR"}  # by the colour model of a data format descriptor
+_FAMILIES = {"ETC2": range(147, 157), "ASTC": range(157, 185), "ASTC HDR": range(1000066000, 1000066014)}
+_PRIMARIES = {
+    2: "BT.601",
+    3: "BT.601",
+    4: "BT.2020",
+    5: "CIE XYZ",
+    6: "ACES",
+    7: "ACEScc",
+    10: "Display P3",
+    11: "Adobe RGB",
+}
 
 _ZSTD_LEVEL = 6  # beyond, half floats shrink by 2 % more and take many times as long
 
-# A block of a Zstandard frame takes 4 bytes at least and makes 128 KiB at most.
-_BEST_RATIO = (128 << 10) // 4
+# A block of a Zstandard frame takes 4 bytes at least and makes 128 KiB at most; 2 bits of deflated data make 258 bytes.
+_BEST_RATIO = {_NONE: 1, _ZSTD: (128 << 10) // 4, _ZLIB: 1032}
 
 
 @dataclass(frozen=True)
@@ -68,12 +90,12 @@ class Ktx2Header:
     texel_format: TexelFormat
     rows: int
     columns: int
-    layer_count: int  # 0 where it is no array
-    face_count: int
+    pictures: PictureCount
     level_places: tuple[tuple[int, int, int], ...]  # offset, length, uncompressed length; finest first
-    is_zstd: bool
+    supercompression: str | None  # "zstd", "zlib"
     alpha_is_premultiplied: bool
     metadata: dict[str, bytes]
+    doubts: tuple[str, ...]
 
 
 def read_header(path: Path) -> Ktx2Header:
@@ -102,76 +124,106 @@ def read_header(path: Path) -> Ktx2Header:
             metadata = file.read(metadata_length)
     except OSError as error:
         raise RefletError(f"{path} cannot be read: {error.strerror}.") from error
-    model = descriptor[12] if len(descriptor) > 15 else 0
-    if scheme in _SCHEMES or model == _UASTC:
-        name = "UASTC" if model == _UASTC else _SCHEMES[scheme]
-        raise RefletError(
-            f"{path} is stored as {name}, which reflet does not decode; store it plain or with Zstandard."
-        )
-    if scheme not in (_NONE, _ZSTD):
-        raise RefletError(
-            f"{path} is supercompressed by the unknown scheme {scheme}; store it plain or with Zstandard."
-        )
-    if kind not in VK_FORMATS:
-        raise RefletError(
-            f"{path} holds texels of VkFormat {kind}; expected floats of 16 or 32 bits, RGB9E5, B10G11R11, BC1, BC3, "
-            "BC6H, BC7 or 8 bits a channel."
-        )
-    if depth or not height or faces not in (1, 6) or (faces == 6 and (layers or width != height)):
-        raise RefletError(
-            f"{path} holds {width}×{height}×{depth} texels, {layers} layers and {faces} faces; expected one cube, a 2D "
-            "texture or an array of them."
-        )
+    _check_is_decodable(path, kind, scheme, descriptor)
+    pictures = picture_count(path, width, height, depth, layers, faces)
     places = tuple(_LEVEL.iter_unpack(index[: len(index) // _LEVEL.size * _LEVEL.size]))
     texel_format = TEXEL_FORMATS[VK_FORMATS[kind]]
     if len(places) < level_count:
         raise RefletError(_truncated(path))
     for mip_level, (offset, length, uncompressed) in enumerate(places):
-        expected = texel_format.image_bytes(*level_shape(height, width, mip_level)) * max(layers, 1) * faces
-        smallest = expected if scheme == _NONE else expected / _BEST_RATIO
-        if uncompressed != expected or length < smallest or offset + length > size_on_disk:
+        expected = texel_format.image_bytes(*level_shape(height, width, mip_level)) * pictures.stored
+        smallest = expected / _BEST_RATIO[scheme]
+        declared = length if scheme == _NONE else uncompressed  # of plain levels some writers leave the latter 0
+        if declared != expected or length < smallest or offset + length > size_on_disk:
             raise RefletError(_truncated(path))
+    pairs, is_sound = unpack_metadata(metadata)
     return Ktx2Header(
         texel_format,
         height,
         width,
-        layers,
-        faces,
+        pictures,
         places,
-        scheme == _ZSTD,
+        _PACKED.get(scheme),
         len(descriptor) > 15 and bool(descriptor[15] & 1),
-        unpack_metadata(metadata, str(path)),
+        pairs,
+        (
+            *pictures.doubts,
+            *(() if is_sound else (damaged_metadata(path, pairs),)),
+            *_doubts_of_colours(path, texel_format, descriptor, pairs),
+        ),
     )
+
+
+def _check_is_decodable(path: Path, kind: int, scheme: int, descriptor: bytes) -> None:
+    """Raises RefletError for texels that reflet cannot decode, with what can."""
+    model = descriptor[12] if len(descriptor) > 15 else 0
+    if scheme == _BASIS_LZ or model in _TRANSCODED:
+        name = _TRANSCODED.get(model, "BasisLZ")
+        raise RefletError(
+            f"{path} is stored as {name}, which reflet does not decode; Khronos' KTX tools do: "
+            f"{shlex.join(['ktx', 'transcode', str(path), 'plain.ktx2'])}."
+        )
+    if scheme not in _BEST_RATIO:
+        raise RefletError(
+            f"{path} is supercompressed by the unknown scheme {scheme}; store it plain, with Zstandard or with ZLIB."
+        )
+    if kind not in VK_FORMATS:
+        family = next((f" ({name})" for name, numbers in _FAMILIES.items() if kind in numbers), "")
+        raise RefletError(
+            f"{path} holds texels of VkFormat {kind}{family}; expected floats of 16 or 32 bits, RGB9E5, B10G11R11, "
+            "BC1, BC2, BC3, BC6H, BC7, or 8 or 16 bits a channel: save it as one of these."
+        )
+
+
+def _doubts_of_colours(path: Path, form: TexelFormat, descriptor: bytes, pairs: Mapping[str, bytes]) -> Iterator[str]:
+    """What a file says of its colours that is not honoured."""
+    if len(descriptor) > 15:
+        primaries, transfer = descriptor[13], descriptor[14]
+        if primaries > 1:
+            name = _PRIMARIES.get(primaries, f"number {primaries}")
+            yield f"{path} says that its primaries are {name}; its colours are taken as Rec. 709."
+        is_srgb = form.name.endswith("_srgb")
+        if transfer not in (0, 2 if is_srgb else 1):
+            yield (
+                f"{path} says that its texels have transfer function {transfer}, but their format is "
+                f"{'sRGB' if is_srgb else 'linear'}; they are taken as that."
+            )
+    swizzle = pairs.get("KTXswizzle", b"").decode("latin-1")
+    if swizzle and swizzle[: form.channels] != "rgba"[: form.channels]:
+        yield f"{path} wants its channels swizzled ({swizzle[:8]}); they are read as they are stored."
 
 
 def read_texture(path: str | os.PathLike[str]) -> Texture:
     """Opens a 2D texture, an array of them or a cube, of any size and number of levels.
 
-    Plain levels are memory maps: nothing is read until asked. Those in Zstandard frames are unpacked, to the very size
-    that the header and the texture's dimensions give. Raises RefletError as `read_header` does.
+    A depth, a number of layers or of faces of 1 means as little as 0; of several cubes the first is taken. Plain levels
+    are memory maps: nothing is read until asked. Others are unpacked, to the very size that the header and the
+    texture's dimensions give. Raises RefletError as `read_header` does.
     """
     path = Path(path)
     header = read_header(path)
-    image_count = max(header.layer_count, 1) * header.face_count
+    pictures = header.pictures
     levels = []
     for offset, length, uncompressed in header.level_places:
         level = np.memmap(path, np.uint8, "r", offset, (length,)) if length else np.zeros(0, np.uint8)
-        if header.is_zstd:
-            level = _unpacked(path, level.tobytes(), uncompressed)
-        levels.append(level[:uncompressed].reshape(image_count, -1))
+        if header.supercompression is not None:
+            unpack = _unpacked_zstd if header.supercompression == "zstd" else _unpacked_zlib
+            level = unpack(path, level.tobytes(), uncompressed)
+        levels.append(level.reshape(pictures.stored, -1)[: pictures.used])
     return Texture(
         header.texel_format,
         header.rows,
         header.columns,
-        header.face_count == 6,
+        pictures.is_cube,
         tuple(levels),
         header.metadata,
         header.alpha_is_premultiplied,
-        "zstd" if header.is_zstd else None,
+        header.supercompression,
+        header.doubts,
     )
 
 
-def _unpacked(path: Path, packed: bytes, size: int) -> np.ndarray:
+def _unpacked_zstd(path: Path, packed: bytes, size: int) -> np.ndarray:
     try:
         # The frame's own idea of its size would be allocated unseen.
         if zstandard.frame_content_size(packed) not in (-1, size):
@@ -181,6 +233,17 @@ def _unpacked(path: Path, packed: bytes, size: int) -> np.ndarray:
         raise RefletError(_truncated(path)) from error
     if len(data) != size:
         raise RefletError(_truncated(path))
+    return np.frombuffer(data, np.uint8)
+
+
+def _unpacked_zlib(path: Path, packed: bytes, size: int) -> np.ndarray:
+    stream = zlib.decompressobj()
+    try:
+        data = stream.decompress(packed, size)
+        if len(data) != size or stream.decompress(stream.unconsumed_tail, 1) or not stream.eof:
+            raise RefletError(_truncated(path))
+    except zlib.error as error:
+        raise RefletError(_truncated(path)) from error
     return np.frombuffer(data, np.uint8)
 
 

@@ -3,8 +3,6 @@
 import struct
 from collections.abc import Mapping
 
-from reflet.errors import RefletError
-
 
 def pack_metadata(pairs: Mapping[str, bytes], byte_order: str = "<") -> bytes:
     """Pairs sorted by key, each padded to 4 bytes; values get a NUL at their end, as text has."""
@@ -15,8 +13,11 @@ def pack_metadata(pairs: Mapping[str, bytes], byte_order: str = "<") -> bytes:
     return out
 
 
-def unpack_metadata(data: bytes, name: str, byte_order: str = "<") -> dict[str, bytes]:
-    """The pairs in ``data``; one NUL at a value's end is taken off. Raises RefletError, calling the file ``name``."""
+def unpack_metadata(data: bytes, byte_order: str = "<") -> tuple[dict[str, bytes], bool]:
+    """The pairs in ``data``, one NUL at a value's end taken off; and whether the data is sound to its end.
+
+    Pairs from the first damaged one on are left out.
+    """
     pairs: dict[str, bytes] = {}
     at = 0
     while at + 4 <= len(data):
@@ -24,7 +25,7 @@ def unpack_metadata(data: bytes, name: str, byte_order: str = "<") -> dict[str, 
         pair = data[at + 4 : at + 4 + length]
         key, separator, value = pair.partition(b"\0")
         if len(pair) < length or not separator:
-            raise RefletError(f"{name} has damaged metadata; copy it again.")
+            return pairs, not any(data[at:])  # zeros are padding that some writers count in
         pairs[key.decode("utf-8", "replace")] = value.removesuffix(b"\0")
         at += 4 + length + -length % 4
-    return pairs
+    return pairs, True

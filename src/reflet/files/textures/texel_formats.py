@@ -117,6 +117,17 @@ def _eight_bit(name: str) -> tuple[TexelFormat, ...]:
     )
 
 
+def _sixteen_bit(name: str) -> TexelFormat:
+    """Components of 16 bits as numbers from 0 to 1, linear as graphics systems have them."""
+    return TexelFormat(
+        f"{name}16",
+        len(name),
+        2 * len(name),
+        2,
+        lambda stored, rows, columns: stored.view("<u2") * np.float32(1.0 / 65535.0),
+    )
+
+
 def _blocks(name: str, code: int, block_bytes: int) -> tuple[TexelFormat, ...]:
     """Blocks of 4×4 texels; ``code`` is the decoder library's."""
     is_float = abs(code) == 6
@@ -146,8 +157,10 @@ _ALL = (
     *_floats("32f", "<f4", FLOAT_MAX),
     _packed("rgb9e5", decode_rgb9e5, encode_rgb9e5),
     _packed("r11g11b10f", decode_r11g11b10, encode_r11g11b10),
-    *(form for name in ("r", "rgb", "bgr", "rgba", "bgra", "bgrx") for form in _eight_bit(name)),
+    *(form for name in ("r", "rgb", "bgr", "rgba", "bgra", "bgrx", "rgbx") for form in _eight_bit(name)),
+    *(_sixteen_bit(name) for name in ("r", "rgb", "rgba")),
     *_blocks("bc1", 1, 8),
+    *_blocks("bc2", 2, 16),
     *_blocks("bc3", 3, 16),
     *_blocks("bc6h", 6, 16),
     *_blocks("bc6h_signed", -6, 16),
