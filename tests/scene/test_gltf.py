@@ -1,88 +1,21 @@
-import base64
-import io
-import json
-import struct
-import warnings
-
 import numpy as np
 import pytest
-from PIL import Image
+from gltf_files import (
+    FLOAT,
+    SHORT,
+    SQUARE,
+    TRIANGLE,
+    UNSIGNED_BYTE,
+    UNSIGNED_SHORT,
+    Gltf,
+    corners,
+    only_mesh,
+    told,
+)
 
-from reflet.errors import RefletError, RefletWarning
+from reflet.errors import RefletError
 from reflet.scene.meshes.corners import corner_tangents, face_normals
 from reflet.scene.readers.gltf.read import read_gltf
-
-TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
-SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
-FLOAT, UNSIGNED_BYTE, UNSIGNED_SHORT, SHORT = 5126, 5121, 5123, 5122
-
-
-class Gltf:
-    """A small glTF file in the making: one buffer as a data URI, one mesh, one node."""
-
-    def __init__(self):
-        self.data = b""
-        self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-                     "meshes": [{"primitives": [{"attributes": {}}]}], "accessors": [], "bufferViews": []}  # fmt: skip
-
-    @property
-    def primitive(self):
-        return self.json["meshes"][0]["primitives"][0]
-
-    def view(self, data, **fields):
-        self.data += b"\0" * (-len(self.data) % 4)
-        self.json["bufferViews"].append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data), **fields})
-        self.data += data
-        return len(self.json["bufferViews"]) - 1
-
-    def accessor(self, array, kind, component=FLOAT, **fields):
-        view = self.view(np.ascontiguousarray(array).tobytes())
-        entry = {"bufferView": view, "componentType": component, "count": len(array), "type": kind, **fields}
-        self.json["accessors"].append(entry)
-        return len(self.json["accessors"]) - 1
-
-    def attribute(self, name, array, kind="VEC3", component=FLOAT, **fields):
-        self.primitive["attributes"][name] = self.accessor(array, kind, component, **fields)
-        return self
-
-    def texture(self, pixels):
-        file = io.BytesIO()
-        Image.fromarray(pixels).save(file, "PNG")
-        images, textures = self.json.setdefault("images", []), self.json.setdefault("textures", [])
-        images.append({"uri": "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()})
-        textures.append({"source": len(images) - 1})
-        return len(textures) - 1
-
-    def read(self, folder, name="a.gltf"):
-        uri = "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
-        self.json["buffers"] = [{"byteLength": len(self.data), "uri": uri}]
-        (folder / name).write_text(json.dumps(self.json))
-        return read_gltf(folder / name)
-
-    def write_glb(self, path):
-        self.json["buffers"] = [{"byteLength": len(self.data)}]
-        text = json.dumps(self.json).encode()
-        text += b" " * (-len(text) % 4)
-        body = self.data + b"\0" * (-len(self.data) % 4)
-        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + body
-        path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
-
-
-def told(gltf, folder):
-    """What is said while a file is read."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        gltf.read(folder)
-    return [str(w.message) for w in caught if issubclass(w.category, RefletWarning)]
-
-
-def only_mesh(parts):
-    assert len(parts) == 1
-    return parts[0].mesh
-
-
-def corners(mesh):
-    return mesh.positions[mesh.triangles]
 
 
 def test_missing_normals_are_flat_and_point_to_the_counter_clockwise_side(tmp_path):
@@ -216,7 +149,7 @@ def test_emission_times_strength_and_textures_row_zero_first(tmp_path):
 
 def test_glb_and_truncated_glb(tmp_path):
     gltf = Gltf().attribute("POSITION", TRIANGLE)
-    gltf.write_glb(tmp_path / "a.glb")
+    (tmp_path / "a.glb").write_bytes(gltf.glb())
     np.testing.assert_array_equal(corners(only_mesh(read_gltf(tmp_path / "a.glb")))[0], TRIANGLE)
     data = (tmp_path / "a.glb").read_bytes()
     for kept in (0, 3, 15, len(data) // 2, len(data) - 12):

@@ -44,20 +44,22 @@ class Attributes:
             return values
         return None if index is None else self._accessors.integers(index, width)
 
-    def triangles(self, vertex_count: int) -> UInt32[np.ndarray, "triangles 3"]:
-        """Vertex indices of a list, strip or fan, in an array of their own [glTF 2.0, 3.7.2.1]; what is over, left out.
+    def triangles(self, vertex_count: int) -> tuple[UInt32[np.ndarray, "triangles 3"], int]:
+        """Vertex indices of a list, strip or fan [glTF 2.0, 3.7.2.1], and how many indices make no whole triangle.
 
         Raises DamagedError for vertices that there are not.
         """
+        surplus = 0
         if self._draco is not None:
             triangles = self._draco.triangles
         else:
             at = index_or_none(self._primitive, "indices")
             indices = np.arange(vertex_count, dtype=np.uint32) if at is None else self._accessors.indices(at)
             triangles = _assembled(indices, mode(self._primitive))
+            surplus = len(indices) % 3 if mode(self._primitive) == TRIANGLES else 0
         if triangles.size and triangles.max() >= vertex_count:
             raise DamagedError(f"it refers to vertex {triangles.max()} of {vertex_count}")
-        return triangles
+        return triangles, surplus
 
 
 def mode(primitive: JsonObject) -> int:

@@ -69,7 +69,10 @@ class Primitives:
             notes.add("what has no positions is left out", "primitives", key, name)
             return
         read = self._materials.material(index_or_none(primitive, "material"))
-        triangles = attributes.triangles(len(positions))
+        triangles, surplus = attributes.triangles(len(positions))
+        if surplus:
+            notes.add("corners that make no whole triangle are left out", "primitives", key, f"{surplus} of {name}")
+        positions, triangles = self._numbered(positions, triangles, key, name)
         uv = self._texture_coordinates(attributes, read.use, key, name)
         material = self._tinted(read.material, attributes, triangles, key, name)
         bumpy = material.normal_texture is not None and uv is not None
@@ -92,6 +95,24 @@ class Primitives:
         shown = (placed(rest, world) for world in node.world_from_node) if posed is None else (posed,)
         for vertices in shown:
             yield _mesh(vertices, triangles, uv, bumpy), material
+
+    def _numbered(
+        self,
+        positions: Float32[np.ndarray, "vertices 3"],
+        triangles: UInt32[np.ndarray, "triangles 3"],
+        key: tuple[int, int],
+        name: str,
+    ) -> tuple[Float32[np.ndarray, "vertices 3"], UInt32[np.ndarray, "kept 3"]]:
+        """Positions that are numbers, and the triangles between such."""
+        number = np.isfinite(positions).all(axis=1)
+        if number.all():
+            return positions, triangles
+        kept = number[triangles].all(axis=1)
+        if not kept.all():
+            counted = f"{np.count_nonzero(~kept)} of {len(kept)} in {name}"
+            what = "triangles whose corners are no numbers (NaN or infinite) are left out"
+            self._document.notes.add(what, "primitives", key, counted)
+        return np.where(number[:, None], positions, np.float32(0.0)), triangles[kept]
 
     # -- pose ----------------------------------------------------------------------------------------------------------
 
