@@ -54,7 +54,7 @@ def write(folder: Path, text: str) -> Path:
 def shapes(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("shapes")
     Image.fromarray(np.arange(24, dtype=np.uint8).reshape(2, 4, 3) * 10).save(folder / "card.png")
-    with pytest.warns(RefletWarning, match="ball reflects by Schlick"):
+    with pytest.warns(RefletWarning, match="Conductors reflect by Schlick.*: ball"):
         return read_mitsuba_xml(write(folder, SHAPES))
 
 
@@ -136,7 +136,17 @@ def test_environment_is_turned_to_the_projects_convention(tmp_path: Path) -> Non
         ('<scene version="3.0.0"><shape type="hair"/></scene>', "hair0 is of type hair"),
         ('<scene version="3.0.0"><shape type="ply"><string name="filename" value="no.ply"/></shape></scene>', "no.ply"),
         ('<scene version="3.0.0"><shape type="cube"><bsdf type="hair"/></shape></scene>', "BSDF hair of cube0"),
-        ('<scene version="3.0.0"><shape type="cube"/><emitter type="point"/></scene>', "type point"),
+        ('<scene version="3.0.0"><shape type="cube"/><emitter type="point"/></scene>', "No part reflects"),
+        (
+            '<scene version="3.0.0"><shape type="cube"><float name="maxAngle" value="3"/></shape></scene>',
+            "max_?[aA]ngle",
+        ),
+        ('<scene version="3.0.0"><path value="nowhere"/></scene>', "nowhere. not found"),
+        ('<scene version="3.0.0"><shape type="instance"/></scene>', "instance0 is of no shapegroup"),
+        (
+            '<scene version="3.0.0"><shape type="cube"/><emitter type="constant"/><emitter type="constant"/></scene>',
+            "2 environments .constant, constant., and Mitsuba takes one",
+        ),
     ],
 )
 def test_what_has_no_counterpart_is_one_sentence(tmp_path: Path, text: str, says: str) -> None:

@@ -1,7 +1,10 @@
 """Mitsuba's shapes as triangle meshes."""
 
+from dataclasses import replace
+
 import mitsuba as mi
 import numpy as np
+from jaxtyping import Float
 
 from reflet.errors import RefletError
 from reflet.scene.meshes.corners import face_normals
@@ -13,17 +16,38 @@ STEPS = {"rectangle": (1, 1), "sphere": (96, 48), "disk": (1, 96), "cylinder": (
 
 
 def mesh_of(node: Node, name: str) -> Mesh:
-    """The shape in world space: meshes as they are, curved shapes as fine grids with their exact normals.
+    """The shape in the space it is put into: meshes as they are, curved shapes as fine grids with their exact normals.
 
+    As in Mitsuba normals say where the front is, whatever way triangles go round, and ``flip_normals`` turns it over.
     Vertices without normals get those of their faces, unwelded. Raises RefletError for shapes that are not surfaces.
     """
     if node.plugin not in (*MESHES, *STEPS):
-        known = ", ".join((*MESHES, *STEPS))
-        raise RefletError(f"Shape {name} is of type {node.plugin}; those that can be read are {known}.")
-    shape = mi.load_dict(node.described(children=False))
-    if node.plugin in STEPS:
-        return _grid(node.plugin, shape, bool(node.values.get("flip_normals", False)))
-    return _mesh(shape)
+        known = ", ".join((*MESHES, *STEPS, "shapegroup", "instance", "merge"))
+        raise RefletError(f"Shape {name} is of type {node.plugin}; those that can be read are {known}; make it a .ply.")
+    flipped = bool(node.values.get("flip_normals", False))
+    shape = node.built(f"shape {name}", children=False)
+    mesh = _grid(node.plugin, shape) if node.plugin in STEPS else _mesh(shape)
+    return _facing(replace(mesh, normals=-mesh.normals) if flipped else mesh)
+
+
+def moved(mesh: Mesh, world_from_local: Float[np.ndarray, "4 4"]) -> Mesh:
+    """The mesh of an instance."""
+    linear = world_from_local[:3, :3]
+    positions = mesh.positions.astype(np.float64) @ linear.T + world_from_local[:3, 3]
+    a, b, c = linear  # cofactors, which exist for flat ones too: the inverse transpose times the determinant
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    sign = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
+    normals = sign * mesh.normals.astype(np.float64) @ cofactors.T
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-30)
+    return _facing(replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32)))
+
+
+def _facing(mesh: Mesh) -> Mesh:
+    """The mesh with triangles counter-clockwise seen from where their normals point."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    backwards = np.einsum("ti,ti->t", across, mesh.normals[mesh.triangles].sum(1)) < 0.0
+    return replace(mesh, triangles=np.where(backwards[:, None], mesh.triangles[:, ::-1], mesh.triangles))
 
 
 def _mesh(shape: "mi.Mesh") -> Mesh:
@@ -40,7 +64,7 @@ def _mesh(shape: "mi.Mesh") -> Mesh:
     return Mesh(positions, normals, triangles, uv if len(uv) else None)
 
 
-def _grid(plugin: str, shape: "mi.Shape", inside_out: bool) -> Mesh:
+def _grid(plugin: str, shape: "mi.Shape") -> Mesh:
     columns, rows = STEPS[plugin]
     u = np.tile(np.linspace(0.0, 1.0, columns + 1), rows + 1)
     v = np.repeat(np.linspace(0.0, 1.0, rows + 1), columns + 1)
@@ -48,7 +72,7 @@ def _grid(plugin: str, shape: "mi.Shape", inside_out: bool) -> Mesh:
     world_from_local = np.array(mi.traverse(shape)["to_world"].matrix, np.float64).reshape(4, 4)
     positions = local @ world_from_local[:3, :3].T + world_from_local[:3, 3]
     normals = local_normals @ np.linalg.inv(world_from_local[:3, :3])
-    normals *= (-1.0 if inside_out else 1.0) / np.linalg.norm(normals, axis=-1, keepdims=True)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
     first = np.stack([corner, corner + 1, corner + columns + 2], -1)
     second = np.stack([corner, corner + columns + 2, corner + columns + 1], -1)
@@ -58,12 +82,10 @@ def _grid(plugin: str, shape: "mi.Shape", inside_out: bool) -> Mesh:
     size = float(np.ptp(positions, axis=0).max())
     # At poles one corner of a cell's two triangles falls on another: leave those without area out.
     kept = np.linalg.norm(across, axis=-1) > 1e-9 * size * size
-    backwards = np.einsum("ti,ti->t", across, normals[triangles].sum(1)) < 0.0
-    triangles = np.where(backwards[:, None], triangles[:, ::-1], triangles)[kept]
     return Mesh(
         np.ascontiguousarray(positions, np.float32),
         np.ascontiguousarray(normals, np.float32),
-        triangles.astype(np.uint32),
+        triangles[kept].astype(np.uint32),
         np.stack([u, v], -1).astype(np.float32),
     )
 

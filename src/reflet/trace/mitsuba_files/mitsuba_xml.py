@@ -1,57 +1,82 @@
 """Reading Mitsuba's XML scenes: shapes, materials, area lights, the environment and the camera."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from xml.etree import ElementTree
 
 import mitsuba as mi
 import numpy as np
+from jaxtyping import Float
 
-from reflet.errors import RefletError
+from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
+from reflet.errors import RefletError, RefletWarning
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
+from reflet.scene.upright import upright
 from reflet.scene.views.parameter_space import Orbit
+from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
+from reflet.trace.mitsuba_files.mitsuba_lights import environment_of
 from reflet.trace.mitsuba_files.mitsuba_materials import material_of
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node, read_nodes
-from reflet.trace.mitsuba_files.mitsuba_shapes import mesh_of
+from reflet.trace.mitsuba_files.mitsuba_shapes import mesh_of, moved
 from reflet.trace.variant import use_variant
+
+_GROUPS = ("shapegroup", "merge")
 
 
 def read_mitsuba_xml(
-    path: str | Path, *, environment: EnvironmentLight | None = None, reflect: Sequence[str] = (), up: str | None = None
+    path: str | Path,
+    *,
+    environment: EnvironmentLight | None = None,
+    reflect: Sequence[str] = (),
+    up: str | None = None,
 ) -> Scene:
     """The scene in a Mitsuba 3 XML file; ``environment`` replaces its own, ``reflect`` is as in `assemble`.
 
-    Shapes become triangles; twosided BSDFs are double-sided materials. Conductors are mirrors by Schlick's
-    approximation from their reflectance at normal incidence, with a RefletWarning. Raises RefletError for files that
-    Mitsuba cannot read and for shapes, BSDFs and lights that have no counterpart.
+    Shapes become triangles, instances copies of their group; twosided BSDFs are double-sided materials. ``up`` is the
+    axis that points up, "y" or "z"; by default z where the first camera's ``lookat`` says so, with a RefletWarning,
+    else y. What looks other than in Mitsuba is said in RefletWarnings, one for each kind. Raises RefletError for files
+    that Mitsuba cannot read and for shapes and BSDFs that have no counterpart.
     """
     use_variant()
+    path = Path(path)
     nodes = read_nodes(path)
-    parts = []
-    for number, node in enumerate(node for node in nodes if node.kind == "shape"):
-        name = node.id or Path(str(node.values.get("filename", f"{node.plugin}{number}"))).stem
-        mesh = mesh_of(node, name)
-        parts.append(Part(name, mesh, material_of(node, name, mesh.uv is not None)))
+    if up is None and _camera_is_z_up(path):
+        up = "z"
+        warnings.warn(
+            f"The camera of {path} has +z up: the scene is turned so that +z is up; --up y leaves it as it is.",
+            RefletWarning,
+            stacklevel=2,
+        )
+    doubts = Doubts()
+    parts = _parts([node for node in nodes if node.kind == "shape"], doubts)
     light = environment
-    for node in nodes:
-        if node.kind == "emitter" and environment is None:
-            light = _environment(node)
-    return assemble(parts, environment=light, reflect=reflect)
+    if light is None:
+        lights = [node for node in nodes if node.kind == "emitter"]
+        light = environment_of(path, lights, SOURCE_FROM_UPRIGHT[up or "y"], doubts)
+    doubts.say()
+    return assemble(upright(parts, up or "y"), environment=light, reflect=reflect)
 
 
-def read_mitsuba_orbit(path: str | Path, scene: Scene) -> Orbit:
+def read_mitsuba_orbit(path: str | Path, scene: Scene, up: str | None = None) -> Orbit:
     """An orbit that begins at the camera of a Mitsuba XML file, around the point of its line of sight that is closest
-    to the middle of the reflective parts. Raises RefletError where the file has no perspective camera."""
+    to the middle of the reflective parts; ``up`` is as in `read_mitsuba_xml`. Raises RefletError where the file has no
+    perspective camera."""
     use_variant()
+    path = Path(path)
     cameras = [node for node in read_nodes(path) if node.kind == "sensor"]
     if not cameras or cameras[0].plugin not in ("perspective", "thinlens"):
         raise RefletError(f"{path} has no perspective camera; give azimuth, elevation and distance.")
-    sensor = mi.load_dict(cameras[0].described())
+    sensor = cameras[0].built("the camera")
     parameters = mi.traverse(sensor)
     to_world = np.array(parameters["to_world"].matrix, np.float64).reshape(4, 4)
-    eye, forward = to_world[:3, 3], to_world[:3, 2] / np.linalg.norm(to_world[:3, 2])
+    upright_from_source = SOURCE_FROM_UPRIGHT[up or ("z" if _camera_is_z_up(path) else "y")].T
+    eye = upright_from_source @ to_world[:3, 3]
+    forward = upright_from_source @ (to_world[:3, 2] / np.linalg.norm(to_world[:3, 2]))
     corners = np.concatenate([part.mesh.positions for part in scene.parts if part.reflective])
     middle = (corners.min(0) + corners.max(0)) / 2.0
     target = eye + max(float((middle - eye) @ forward), 1e-3) * forward
@@ -69,21 +94,57 @@ def read_mitsuba_orbit(path: str | Path, scene: Scene) -> Orbit:
     )
 
 
-def _environment(node: Node) -> EnvironmentLight:
-    """A light at infinity, looked at in every direction of a lat-long picture in the project's convention."""
-    if node.plugin not in ("envmap", "constant"):
-        raise RefletError(f"Lights of type {node.plugin} cannot be seen in mirrors; use area, envmap or constant ones.")
-    emitter = mi.load_dict(node.described())
-    height = 2
-    if node.plugin == "envmap":
-        height = int(mi.traverse(emitter)["data"].shape[0])
-    width = 2 * height
-    v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
-    phi, theta = ((u - 0.5) * 2.0 * np.pi).ravel(), (v * np.pi).ravel()
-    direction = np.stack([np.cos(phi) * np.sin(theta), np.cos(theta), np.sin(phi) * np.sin(theta)]).astype(np.float32)
-    seen: Any = mi.SurfaceInteraction3f()
-    seen.wi = -mi.Vector3f(direction)
-    radiance = np.zeros((height * width, 3), np.float32)
-    for number, channel in enumerate(emitter.eval(seen)):
-        radiance[:, number] = channel.numpy()
-    return EnvironmentLight(radiance.reshape(height, width, 3))
+def _parts(shapes: Sequence[Node], doubts: Doubts) -> list[Part]:
+    """The shapes that can be seen; groups stand for themselves only where they are instanced."""
+    parts: list[Part] = []
+    for number, shape in enumerate(shapes):
+        name = _name(shape, number)
+        if shape.plugin == "merge":
+            parts += _parts(shape.of_kind("shape"), doubts)
+        elif shape.plugin == "instance":
+            parts += _instances(shape, name, doubts)
+        elif shape.plugin not in _GROUPS:
+            parts += _part(shape, name, doubts)
+    return parts
+
+
+def _instances(shape: Node, name: str, doubts: Doubts) -> Iterator[Part]:
+    group = next((each for each in shape.of_kind("shape") if each.plugin in _GROUPS), None)
+    if group is None:
+        raise RefletError(f"The instance {name} is of no shapegroup; refer to one in it.")
+    to_world = shape.values.get("to_world")
+    world_from_group = np.eye(4) if to_world is None else np.array(to_world.matrix, np.float64).reshape(4, 4)
+    for part in _parts(group.of_kind("shape"), doubts):
+        yield replace(part, mesh=moved(part.mesh, world_from_group))
+
+
+def _part(shape: Node, name: str, doubts: Doubts) -> list[Part]:
+    mesh = mesh_of(shape, name)
+    found = material_of(shape, name, mesh.uv is not None, doubts)
+    if found is None:
+        doubts.add("Shapes that let all light through are left out", name)
+        return []
+    return [Part(name, _placed(mesh, found.texture_from_mesh), found.material)]
+
+
+def _placed(mesh: Mesh, texture_from_mesh: Float[np.ndarray, "3 3"] | None) -> Mesh:
+    if mesh.uv is None or texture_from_mesh is None:
+        return mesh
+    uv = mesh.uv.astype(np.float64) @ texture_from_mesh[:2, :2].T + texture_from_mesh[:2, 2]
+    return replace(mesh, uv=uv.astype(np.float32))
+
+
+def _name(shape: Node, number: int) -> str:
+    return shape.id or Path(str(shape.values.get("filename", f"{shape.plugin}{number}"))).stem
+
+
+def _camera_is_z_up(path: Path) -> bool:
+    """Whether the first camera stands upright along +z, by what its ``lookat`` was given: its matrix does not tell."""
+    try:
+        transform = ElementTree.parse(path).getroot().find(".//sensor/transform")
+        if transform is None or [element.tag for element in transform] != ["lookat"]:
+            return False
+        x, y, z = (float(word) for word in transform[0].get("up", "").replace(",", " ").split())
+    except (ElementTree.ParseError, ValueError):
+        return False
+    return z > 0.0 and x == y == 0.0

@@ -1,0 +1,106 @@
+"""Values of Mitsuba's materials and lights, constant or from textures."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Float
+
+from reflet.errors import RefletError
+from reflet.scene.material import Texture, Vec3
+from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
+from reflet.trace.mitsuba_files.mitsuba_nodes import Node
+
+PROCEDURAL_SIZE = 256  # pixels along each edge of a texture that has no pixels of its own
+_NOT_READ = "Textures that cannot be read are replaced by the parameter's default"
+
+
+@dataclass(frozen=True)
+class Color:
+    """A factor and an sRGB picture, if there is one; the factor is 1 unless the picture is brighter.
+
+    ``texture_from_mesh`` maps the mesh's texture coordinates to the picture's: Mitsuba's ``to_uv``.
+    """
+
+    factor: Vec3
+    picture: Texture | None = None
+    texture_from_mesh: Float[np.ndarray, "3 3"] | None = None
+    mirrored: bool = False  # whether the picture repeats mirrored
+
+
+class Values:
+    """The parameters of one shape's plugins. What is put right goes into ``doubts`` under the shape's ``name``.
+
+    Where the shape has no texture coordinates (not ``textured``) textures are replaced by their mean.
+    """
+
+    def __init__(self, name: str, textured: bool, doubts: Doubts) -> None:
+        self.name = name
+        self.textured = textured
+        self.doubts = doubts
+
+    def number(self, node: Node, key: str, default: float) -> float:
+        """A scalar parameter, or the mean of its texture."""
+        return float(np.mean(self._evaluated(node, key, default)))
+
+    def color(self, node: Node, key: str, default: float, *, unbounded: bool = False) -> Color:
+        """A colour; brighter than 1 if ``unbounded``."""
+        linear = self._evaluated(node, key, default)
+        mean = linear.reshape(-1, 3).mean(0)
+        if linear.shape[:2] == (1, 1) or not self.textured:
+            return Color((float(mean[0]), float(mean[1]), float(mean[2])))
+        brightest = float(linear.max()) if unbounded else 1.0
+        linear = np.clip(linear / max(brightest, 1e-9), 0.0, 1.0)
+        code = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+        pixels = np.full((*linear.shape[:2], 4), 255, np.uint8)
+        pixels[..., :3] = np.round(code * 255.0)
+        texture = node.children[key]
+        wrap = texture.values.get("wrap_mode")
+        placed = texture.values.get("to_uv")
+        return Color(
+            (brightest, brightest, brightest),
+            Texture(pixels, wrap == "clamp"),
+            None if placed is None else _on_the_plane(placed),
+            wrap == "mirror",
+        )
+
+    def _evaluated(self, node: Node, key: str, default: float) -> Float[np.ndarray, "height width 3"]:
+        """Linear values of a parameter: one pixel, or a texture's at its pixels' centres, as if nothing placed it."""
+        child = node.children.get(key)
+        if child is not None and child.plugin in ("mesh_attribute", "volume"):
+            self.doubts.add(_NOT_READ, f"{child.plugin} of {self.name}")
+            return np.full((1, 1, 3), default)
+        if child is not None:
+            child = replace(child, values={name: value for name, value in child.values.items() if name != "to_uv"})
+            try:
+                texture = child.built(f"the {key} of {self.name}")
+            except RefletError as error:
+                self.doubts.add(_NOT_READ, str(error).rstrip("."))
+                return np.full((1, 1, 3), default)
+        else:
+            described = node.values.get(key, default)
+            if isinstance(described, int | float):
+                return np.full((1, 1, 3), float(described))
+            if isinstance(described, dict) and described["type"] == "rgb":
+                return np.asarray(described["value"], np.float64).reshape(1, 1, 3)
+            texture = mi.load_dict(described)
+        width = height = 1
+        if texture.is_spatially_varying():
+            width, height = (max(int(size), 1) for size in texture.resolution())
+            if width == height == 1:
+                width = height = PROCEDURAL_SIZE
+        v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
+        at: Any = dr.zeros(mi.SurfaceInteraction3f, width * height)
+        at.uv = mi.Point2f(np.stack([u.ravel(), v.ravel()]).astype(np.float32))
+        channels = [np.broadcast_to(channel.numpy(), width * height) for channel in texture.eval(at)]
+        return np.stack(channels, -1).astype(np.float64).reshape(height, width, 3)
+
+
+def _on_the_plane(transform: Any) -> Float[np.ndarray, "3 3"]:
+    """The part of a transform of space that moves points of the plane z = 0 within it."""
+    matrix = np.array(transform.matrix, np.float64).reshape(-1)
+    if matrix.size == 9:
+        return matrix.reshape(3, 3)
+    return matrix.reshape(4, 4)[np.ix_([0, 1, 3], [0, 1, 3])]
