@@ -134,7 +134,7 @@ def test_truncated_at_any_place_is_one_sentence(tmp_path, chain, texels, kept):
         (20, 16, "16×8×0 texels"),
         (40, 3, "all mip levels"),
         (40, 9, "9 mip levels"),
-        (44, 1, "BasisLZ"),
+        (44, 1, "basis universal"),
         (44, 2, "truncated or damaged"),
         (44, 9, "unknown scheme 9"),
     ],

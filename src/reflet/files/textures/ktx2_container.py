@@ -1,7 +1,6 @@
 """KTX 2.0: any texture in and out of the container. Implements the Khronos Texture File Format 2.0."""
 
 import os
-import shlex
 import struct
 import zlib
 from collections.abc import Iterator, Mapping
@@ -13,6 +12,7 @@ import zstandard
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
+from reflet.files.textures.basis import CODES, read_basis_texture
 from reflet.files.textures.data_format_descriptor import data_format_descriptor
 from reflet.files.textures.ktx_metadata import pack_metadata, unpack_metadata
 from reflet.files.textures.picture_count import PictureCount, damaged_metadata, picture_count
@@ -64,7 +64,6 @@ _HEADER = struct.Struct("<12s 9I 4I 2Q")  # identifier; format to supercompressi
 _LEVEL = struct.Struct("<3Q")  # offset, length, uncompressed length
 _NONE, _BASIS_LZ, _ZSTD, _ZLIB = 0, 1, 2, 3
 _PACKED = {_ZSTD: "zstd", _ZLIB: "zlib"}
-_TRANSCODED = {163: "ETC1S", 166: "UASTC", 167: "UASTC HDR"}  # by the colour model of a data format descriptor
 _FAMILIES = {"ETC2": range(147, 157), "ASTC": range(157, 185), "ASTC HDR": range(1000066000, 1000066014)}
 _PRIMARIES = {
     2: "BT.601",
@@ -85,14 +84,18 @@ _BEST_RATIO = {_NONE: 1, _ZSTD: (128 << 10) // 4, _ZLIB: 1032}
 
 @dataclass(frozen=True)
 class Ktx2Header:
-    """What a file says of itself, checked against its size: every level lies inside it."""
+    """What a file says of itself, checked against its size: every level lies inside it.
+
+    Of files in Basis Universal code, which their decoder checks, the levels' places are not told.
+    """
 
     texel_format: TexelFormat
     rows: int
     columns: int
+    level_count: int
     pictures: PictureCount
     level_places: tuple[tuple[int, int, int], ...]  # offset, length, uncompressed length; finest first
-    supercompression: str | None  # "zstd", "zlib"
+    supercompression: str | None  # "zstd", "zlib", or one of Basis Universal's codes
     alpha_is_premultiplied: bool
     metadata: dict[str, bytes]
     doubts: tuple[str, ...]
@@ -124,8 +127,13 @@ def read_header(path: Path) -> Ktx2Header:
             metadata = file.read(metadata_length)
     except OSError as error:
         raise RefletError(f"{path} cannot be read: {error.strerror}.") from error
-    _check_is_decodable(path, kind, scheme, descriptor)
     pictures = picture_count(path, width, height, depth, layers, faces)
+    pairs, is_sound = unpack_metadata(metadata)
+    model = descriptor[12] if len(descriptor) > 15 else 0
+    if scheme == _BASIS_LZ or model in CODES:
+        code = CODES.get(model, "basis universal")
+        return Ktx2Header(TEXEL_FORMATS["rgba8"], height, width, level_count, pictures, (), code, False, pairs, ())
+    _check_is_decodable(path, kind, scheme)
     places = tuple(_LEVEL.iter_unpack(index[: len(index) // _LEVEL.size * _LEVEL.size]))
     texel_format = TEXEL_FORMATS[VK_FORMATS[kind]]
     if len(places) < level_count:
@@ -136,11 +144,11 @@ def read_header(path: Path) -> Ktx2Header:
         declared = length if scheme == _NONE else uncompressed  # of plain levels some writers leave the latter 0
         if declared != expected or length < smallest or offset + length > size_on_disk:
             raise RefletError(_truncated(path))
-    pairs, is_sound = unpack_metadata(metadata)
     return Ktx2Header(
         texel_format,
         height,
         width,
+        level_count,
         pictures,
         places,
         _PACKED.get(scheme),
@@ -154,15 +162,8 @@ def read_header(path: Path) -> Ktx2Header:
     )
 
 
-def _check_is_decodable(path: Path, kind: int, scheme: int, descriptor: bytes) -> None:
-    """Raises RefletError for texels that reflet cannot decode, with what can."""
-    model = descriptor[12] if len(descriptor) > 15 else 0
-    if scheme == _BASIS_LZ or model in _TRANSCODED:
-        name = _TRANSCODED.get(model, "BasisLZ")
-        raise RefletError(
-            f"{path} is stored as {name}, which reflet does not decode; Khronos' KTX tools do: "
-            f"{shlex.join(['ktx', 'transcode', str(path), 'plain.ktx2'])}."
-        )
+def _check_is_decodable(path: Path, kind: int, scheme: int) -> None:
+    """Raises RefletError for texels that reflet cannot decode."""
     if scheme not in _BEST_RATIO:
         raise RefletError(
             f"{path} is supercompressed by the unknown scheme {scheme}; store it plain, with Zstandard or with ZLIB."
@@ -203,6 +204,11 @@ def read_texture(path: str | os.PathLike[str]) -> Texture:
     path = Path(path)
     header = read_header(path)
     pictures = header.pictures
+    if not header.level_places:
+        code = header.supercompression or ""
+        return read_basis_texture(
+            path, code, header.rows, header.columns, header.level_count, pictures, header.metadata
+        )
     levels = []
     for offset, length, uncompressed in header.level_places:
         level = np.memmap(path, np.uint8, "r", offset, (length,)) if length else np.zeros(0, np.uint8)
