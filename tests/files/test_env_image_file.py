@@ -1,5 +1,6 @@
 """The entrance for files: every form keeps what it can, kinds are told or guessed, and the rest is one sentence."""
 
+import struct
 import warnings
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from reflet.files.pictures.png import write_png
 from reflet.files.pictures.six_files import NAMES
 from reflet.files.textures.dds import write_dds_texture
 from reflet.files.textures.ktx2_container import write_texture
+from reflet.files.textures.texel_formats import TEXEL_FORMATS
 
 LATLONG, PARABOLOID, ANGULAR = (PARAMETERIZATIONS[name] for name in ("latlong", "dual_paraboloid", "angular"))
 CAPTURE = Path(__file__).parents[3] / "shared/data/two_param"
@@ -168,6 +170,33 @@ def test_a_layer_is_read_by_its_name(tmp_path):
     for name in ("map.ktx2", "map.hdr"):
         with pytest.raises(RefletError, match=r"no layers, for only .exr files have; leave sun out"):
             read_levels(tmp_path / name, layer="sun")
+
+
+@pytest.mark.parametrize("name", ["map.png", "map.ktx2", "{face}.png"])
+def test_light_that_eight_bits_cut_is_said_by_its_share(tmp_path, name):
+    """A face of white among black ones and one of code 128: what may have been brighter is the white one's share."""
+    codes = np.zeros((6, 4, 4, 4), np.uint8)
+    codes[2, ..., :3], codes[3, ..., :3], codes[..., 3] = 255, 128, 255
+    if name == "map.ktx2":
+        form = TEXEL_FORMATS["rgba8_srgb"]
+        head = struct.pack("<9I4I2Q", 43, 1, 4, 4, 0, 0, 6, 1, 0, 0, 0, 0, 0, 0, 0) + struct.pack("<3Q", 104, 384, 384)
+        (tmp_path / name).write_bytes(b"\xabKTX 20\xbb\r\n\x1a\n" + head + codes.tobytes())
+        assert form.most == 1.0
+    elif name == "map.png":
+        write_png(tmp_path / name, codes[..., :3].reshape(24, 4, 3))
+    else:
+        for face, picture in zip(FACES, codes, strict=True):
+            write_png(tmp_path / name.replace("{face}", face), picture[..., :3])
+    grey = ((128 / 255 + 0.055) / 1.055) ** 2.4
+    with pytest.warns(
+        RefletWarning, match=rf"no radiance above 1: {100 / (1 + grey):.3g} % of its light is there and may"
+    ):
+        read_env_image(tmp_path / name)
+    codes[codes == 255] = 254
+    write_png(tmp_path / "dim.png", codes[..., :3].reshape(24, 4, 3))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_env_image(tmp_path / "dim.png")
 
 
 def test_what_is_read_with_a_doubt_is_said_once(tmp_path):
@@ -365,22 +394,24 @@ def test_more_that_cannot_be_written(tmp_path):
         ("text.ktx2", "neither a KTX nor a DDS file"),
         ("text.dds", "neither a KTX nor a DDS file"),
         ("empty.ktx", "neither a KTX nor a DDS file"),
-        ("odd.png", "no map of any kind"),
+        ("odd.png", "no map of any kind; lat-long is 2:1"),
+        ("strip.png", r"no map of any kind; if it shows the whole way around, .* \(--from latlong\): it is put"),
     ],
 )
 def test_what_cannot_be_read(tmp_path, name, said):
     for file in ("map.txt", "text.ktx2", "text.dds"):
         (tmp_path / file).write_text("some text")
     (tmp_path / "empty.ktx").touch()
-    write_png(tmp_path / "odd.png", np.zeros((3, 7, 3), np.uint8))
+    write_png(tmp_path / "odd.png", np.zeros((7, 3, 3), np.uint8))
+    write_png(tmp_path / "strip.png", np.zeros((3, 10, 3), np.uint8))
     with pytest.raises(RefletError, match=said):
         read_levels(tmp_path / name)
 
 
 @pytest.mark.parametrize("laid_out", PARAMETERIZATIONS.values(), ids=str)
 def test_shapes_that_do_not_suit_what_was_said(tmp_path, laid_out):
-    write_hdr(tmp_path / "map.hdr", np.ones((3, 7, 3), np.float32))
-    write_dds_texture(tmp_path / "map.dds", random_texture("rgba16f", 3, 7))
+    write_hdr(tmp_path / "map.hdr", np.ones((7, 3, 3), np.float32))
+    write_dds_texture(tmp_path / "map.dds", random_texture("rgba16f", 7, 3))
     for name in ("map.hdr", "map.dds"):
         with pytest.raises(RefletError, match=f"no {laid_out} map; "):
             read_env_image(tmp_path / name, laid_out)

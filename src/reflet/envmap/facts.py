@@ -67,6 +67,27 @@ def _brightest_flux(luminance: Float[np.ndarray, "n"], omega: Float[np.ndarray, 
     return float(np.interp(BRIGHTEST_SHARE * 4.0 * np.pi, filled, flux))
 
 
+def share_of_light(image: EnvImage, at_least: float) -> float:
+    """Which part of ∫ luminance dω comes from texels with a colour of at least so much; 0 where all is black.
+
+    Works row by row; colours are taken as finite.
+    """
+    if not (image.texels[..., :3] >= at_least).any():
+        return 0.0
+    solid_angle = image.parameterization.texel_solid_angle(image.size)
+    part = total = 0.0
+    for weight, colors in zip(solid_angle.reshape(-1, solid_angle.shape[2]), _rows(image), strict=True):
+        flux = weight * (colors @ LUMINANCE)
+        total += float(flux.sum())
+        part += float(flux[(colors >= at_least).any(-1)].sum())
+    return part / total if total > 0.0 else 0.0
+
+
+def _rows(image: EnvImage) -> Float[np.ndarray, "rows columns 3"]:
+    faces, rows, columns, channels = image.texels.shape
+    return image.texels.reshape(faces * rows, columns, channels)[..., :3]
+
+
 def azimuth_and_elevation(direction: Vec3) -> tuple[float, float]:
     """Degrees: azimuth 0 is +x, 90 is -z, in [0, 360), as a camera's on an orbit; elevation 90 is +y."""
     x, y, z = direction

@@ -8,6 +8,7 @@ Radiance must be finite. Negative values, which resampling filters and renderers
 of; whoever takes the map for light refuses them (`read_environment`).
 """
 
+import math
 import os
 import warnings
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from typing import Literal
 import numpy as np
 
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.facts import share_of_light
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.parameterizations.parameterization import Parameterization
@@ -91,21 +93,32 @@ def _read(
     files = six_files(path, READ)
     doubts: list[str] = []
     if files is not None:
-        levels: tuple[EnvImage, ...] = (_cube_from_files(files, parameterization, layer, doubts),)
+        cube, most = _cube_from_files(files, parameterization, layer, doubts)
+        levels: tuple[EnvImage, ...] = (cube,)
     elif (reader := _texture_reader(path)) is not None:
         if layer is not None:
             raise RefletError(f"{path} has no layers, for only .exr files have; leave {layer} out.")
         texture = reader[1](path)
+        most = texture.texel_format.most
         doubts += texture.doubts
         texture = replace(texture, levels=texture.levels[:most_levels])
         levels, said = levels_in_texture(path, texture, parameterization)
         doubts += said
     else:
         picture = _radiance_of(path, layer, doubts)
-        levels = (image_in_picture(path, picture, parameterization),)
+        most = picture.most
+        image, said = image_in_picture(path, picture, parameterization)
+        levels = (image,)
+        doubts += said
     if _has_unused_alpha(levels[0].texels):
         doubts.append(f"{path} has an alpha of 0 everywhere, which is left out; its colours are kept.")
         levels = tuple(replace(level, texels=np.ascontiguousarray(level.texels[..., :3])) for level in levels)
+    clipped = share_of_light(levels[0], at_least=most) if math.isfinite(most) else 0.0
+    if clipped > 0.0:
+        doubts.append(
+            f"{path} holds no radiance above {most:g}: {100.0 * clipped:.3g} % of its light is there and may have been "
+            "brighter; lamps and the sun are cut."
+        )
     out = []
     for number, level in enumerate(levels):
         sound, said = _sound(path, level, repair)
@@ -169,15 +182,17 @@ def _stored_as(path: Path) -> str:
 
 def _cube_from_files(
     files: tuple[Path, ...], parameterization: Parameterization | None, layer: str | None, doubts: list[str]
-) -> EnvImage:
+) -> tuple[EnvImage, float]:
+    """The cube and the most radiance that its files can hold."""
     if parameterization not in (None, CUBE):
         raise RefletError(f"Six files are a cube, not {parameterization}; give one file.")
-    faces = [_radiance_of(file, layer, doubts).pixels for file in files]
+    pictures = [_radiance_of(file, layer, doubts) for file in files]
+    faces = [picture.pixels for picture in pictures]
     for file, face in zip(files, faces, strict=True):
         if face.shape != (faces[0].shape[0], faces[0].shape[0], faces[0].shape[2]):
             height, width, _ = face.shape
             raise RefletError(f"{file} is {width}×{height} pixels; a cube's six files are alike and square.")
-    return EnvImage(CUBE, as_seen_inside(np.stack(faces)))
+    return EnvImage(CUBE, as_seen_inside(np.stack(faces))), min(picture.most for picture in pictures)
 
 
 def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None:

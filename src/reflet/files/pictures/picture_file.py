@@ -1,5 +1,6 @@
 """Pictures of any format, with what they say of themselves."""
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from reflet.errors import RefletError
 from reflet.files.pictures.exr import read_exr_picture, write_exr
 from reflet.files.pictures.hdr import read_hdr_with_doubts, write_hdr
 from reflet.files.pictures.notes import read_notes
-from reflet.files.pictures.png import read_linear_picture, write_png
+from reflet.files.pictures.png import read_linear_picture_with_doubts, write_png
 
 READ = {".hdr": "Radiance", ".exr": "OpenEXR", ".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WebP"}
 """Formats by suffix."""
@@ -32,6 +33,7 @@ class PictureFile:
     notes: dict[str, str]
     openexr_layout: Literal["latlong", "cube"] | None = None
     doubts: tuple[str, ...] = ()
+    most: float = math.inf  # the greatest radiance that the format has
 
 
 def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) -> PictureFile:
@@ -48,10 +50,10 @@ def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) ->
     if suffix == ".hdr":
         pixels, doubts = read_hdr_with_doubts(path)
         return PictureFile(pixels, read_notes(path), doubts=doubts)
-    pixels = read_linear_picture(path)
+    pixels, doubts = read_linear_picture_with_doubts(path)
     if pixels.shape[2] == 4 and pixels[..., 3].any():  # alpha is kept premultiplied; 0 everywhere it hides nothing
         pixels[..., :3] *= pixels[..., 3:]
-    return PictureFile(pixels, read_notes(path))
+    return PictureFile(pixels, read_notes(path), doubts=doubts, most=1.0)
 
 
 def write_picture_file(

@@ -13,6 +13,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
+from reflet.files.pictures.color_profile import doubts_of_encoding, in_srgb
 
 LARGEST_PICTURE = 2**28  # pixels of 16-bit pictures; of others it is Pillow's to say
 
@@ -61,27 +62,41 @@ def read_picture(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height widt
 
 
 def read_linear_picture(path: str | os.PathLike[str]) -> Float32[np.ndarray, "height width channels"]:
+    """The pixels of `read_linear_picture_with_doubts`."""
+    return read_linear_picture_with_doubts(path)[0]
+
+
+def read_linear_picture_with_doubts(
+    path: str | os.PathLike[str],
+) -> tuple[Float32[np.ndarray, "height width channels"], tuple[str, ...]]:
     """Linear radiance of a PNG, JPEG or WebP file: 3 channels, or 4 where it has alpha; sRGB white is radiance 1.
 
-    All of the 16 bits of such PNG files count. A photograph is turned as its Exif orientation says. Raises RefletError
-    where the file is missing or cannot be decoded.
+    All of the 16 bits of such PNG files count. A photograph is turned as its Exif orientation says; a colour profile is
+    applied to pictures of 8 bits. The sentences tell of what in its coding is not honoured. Raises RefletError where
+    the file is missing or cannot be decoded.
     """
     try:
         data = Path(path).read_bytes()
     except OSError as error:
         raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+    bits = 8
     if data.startswith(_PNG):
         # signature, length and name of the first chunk, then width, height and bits a channel
         width, height, bits = (int.from_bytes(data[at:end], "big") for at, end in ((16, 20), (20, 24), (24, 25)))
         if width * height > len(data) * _DEFLATE_LIMIT * 8 // max(bits, 1):
             raise RefletError(f"{path} is truncated or damaged: {len(data)} bytes hold no {width}×{height} pixels.")
-        if bits == 16:
-            return _linear(_sixteen_bits(path, data, width * height))
     try:
         with Image.open(io.BytesIO(data)) as image:
-            upright = ImageOps.exif_transpose(image)
-            has_alpha = "A" in upright.getbands() or "transparency" in upright.info
-            return _linear(np.asarray(upright.convert("RGBA" if has_alpha else "RGB")))
+            doubts = doubts_of_encoding(path, data, image.info)
+            if bits == 16:
+                profile = image.info.get("icc_profile", b"")
+                if profile and b"sRGB" not in profile:
+                    doubts.append(f"{path} has a colour profile, which is not applied to 16 bits; save it as .exr.")
+                return _linear(_sixteen_bits(path, data, width * height)), tuple(doubts)
+            upright, problem = in_srgb(ImageOps.exif_transpose(image))
+            if problem is not None:
+                doubts.append(f"{path} {problem}.")
+            return _linear(np.asarray(upright)), tuple(doubts)
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
 

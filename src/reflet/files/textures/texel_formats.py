@@ -1,5 +1,6 @@
 """How texels are stored in KTX and DDS files, and what they mean: linear radiance in float32."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -39,6 +40,12 @@ class TexelFormat:
     def is_writable(self) -> bool:
         """Whether there is an encoder."""
         return self._encode is not None
+
+    @property
+    def most(self) -> float:
+        """The greatest radiance of formats whose numbers end at 1, or infinity."""
+        name = self.name.removesuffix("_srgb")
+        return 1.0 if name.endswith(("8", "16")) or name in ("bc1", "bc2", "bc3", "bc7") else math.inf
 
     def decode(self, stored: Stored, rows: int, columns: int) -> Texels:
         """Texels of pictures of ``image_bytes(rows, columns)`` each."""
