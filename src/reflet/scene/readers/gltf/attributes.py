@@ -23,26 +23,29 @@ class Attributes:
         self._draco: DracoPrimitive | None = None if packed is None else decode_draco(packed, buffers)
 
     def floats(
-        self, name: str, widths: Collection[int], *, fractions: bool = False
+        self, name: str, widths: Collection[int], count: int | None = None, *, fractions: bool = False
     ) -> Float32[np.ndarray, "count width"] | None:
-        """As float32. Integers of ``fractions`` count as normalized, whether or not the file says so."""
+        """As float32, ``count`` of them. Integers of ``fractions`` count as normalized even if not marked as such."""
         index = index_or_none(self._indices, name)
         if self._draco is not None and name in self._draco.attributes:
-            values = self._draco.attributes[name]
-            if values.shape[1] not in widths:
-                raise DamagedError(f"{name} has {values.shape[1]} components in Draco's data")
-            return as_floats(values, fractions or (index is not None and self._accessors.is_normalized(index)))
-        return None if index is None else self._accessors.floats(index, widths, fractions=fractions)
+            stored = self._draco.attributes[name]
+            if stored.shape[1] not in widths:
+                raise DamagedError(f"{name} has {stored.shape[1]} components in Draco's data")
+            is_normalized = fractions or (index is not None and self._accessors.is_normalized(index))
+            return _counted(as_floats(stored, is_normalized), name, count)
+        if index is None:
+            return None
+        return _counted(self._accessors.floats(index, widths, fractions=fractions), name, count)
 
-    def integers(self, name: str, width: int) -> np.ndarray | None:
+    def integers(self, name: str, width: int, count: int) -> np.ndarray | None:
         """(count, width) whole numbers as they are stored."""
         index = index_or_none(self._indices, name)
         if self._draco is not None and name in self._draco.attributes:
             values = self._draco.attributes[name]
-            if values.shape[1] != width or values.dtype.kind not in "iu":
+            if values.shape[1] != width or values.dtype.kind != "u":
                 raise DamagedError(f"{name} is no {width} whole numbers in Draco's data")
-            return values
-        return None if index is None else self._accessors.integers(index, width)
+            return _counted(values, name, count)
+        return None if index is None else _counted(self._accessors.integers(index, width), name, count)
 
     def triangles(self, vertex_count: int) -> tuple[UInt32[np.ndarray, "triangles 3"], int]:
         """Vertex indices of a list, strip or fan [glTF 2.0, 3.7.2.1], and how many indices make no whole triangle.
@@ -68,6 +71,12 @@ def mode(primitive: JsonObject) -> int:
     if kind > _FAN:
         raise DamagedError(f"a primitive has mode {kind}, which there is not")
     return kind
+
+
+def _counted(values: np.ndarray, name: str, count: int | None) -> np.ndarray:
+    if count is not None and len(values) != count:
+        raise DamagedError(f"{name} has {len(values)} elements for {count} vertices")
+    return values
 
 
 def _assembled(indices: UInt32[np.ndarray, "indices"], kind: int) -> UInt32[np.ndarray, "triangles 3"]:

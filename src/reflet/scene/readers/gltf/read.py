@@ -13,6 +13,7 @@ from reflet.scene.readers.gltf.images import Textures
 from reflet.scene.readers.gltf.materials import Materials
 from reflet.scene.readers.gltf.nodes import Nodes
 from reflet.scene.readers.gltf.primitives import Primitives
+from reflet.scene.readers.gltf.rig import Rig
 from reflet.scene.readers.gltf.values import DamagedError
 from reflet.scene.scene import Part
 
@@ -35,7 +36,8 @@ def read_gltf(path: str | Path) -> list[Part]:
         accessors = Accessors(document, buffers)
         nodes = Nodes(document, accessors)
         materials = Materials(document, Textures(document, buffers))
-        primitives = Primitives(document, accessors, buffers, nodes, materials)
+        rig = Rig(document, accessors, buffers, nodes)
+        primitives = Primitives(document, accessors, buffers, rig, materials)
         parts = [part for node in nodes.placed() for part in primitives.parts(node)]
         note_extensions(document)
         note_what_stands_still(document)

@@ -1,0 +1,258 @@
+"""What a glTF file's materials look like: colours, textures, and words about what is shown otherwise."""
+
+import base64
+import io
+
+import numpy as np
+import pytest
+from gltf_files import FLOAT, TRIANGLE, UNSIGNED_BYTE, Gltf, only_mesh, png, read_and_told, told
+from PIL import Image
+
+from reflet.errors import RefletError
+from reflet.scene.readers.gltf.specular_glossiness import metallic_roughness
+
+UV = np.float32([[0, 0], [1, 0], [0, 1]])
+
+
+def textured(**fields):
+    gltf = Gltf().attribute("POSITION", TRIANGLE).attribute("TEXCOORD_0", UV, "VEC2")
+    return gltf.material(**fields)
+
+
+def specular_glossiness(gltf, **fields):
+    gltf.material(name="old", extensions={"KHR_materials_pbrSpecularGlossiness": fields})
+    gltf.json["extensionsRequired"] = gltf.json["extensionsUsed"] = ["KHR_materials_pbrSpecularGlossiness"]
+    return gltf
+
+
+# -- specular-glossiness -----------------------------------------------------------------------------------------------
+
+
+def test_specular_glossiness_of_metals_dielectrics_and_between():
+    diffuse = np.array([[0, 0, 0], [0.5, 0.25, 0.125], [0.3, 0.3, 0.3]], float)
+    specular = np.array([[0.9, 0.6, 0.3], [0.04, 0.04, 0.04], [0.2, 0.2, 0.2]], float)
+    base, metallic, roughness = metallic_roughness(diffuse, specular, np.array([1.0, 0.25, 0.5]))
+    np.testing.assert_allclose(metallic[:2], [1, 0], atol=1e-12)
+    np.testing.assert_allclose(base[:2], [specular[0], diffuse[1]], atol=1e-6)  # _EPSILON keeps from dividing by 0
+    np.testing.assert_array_equal(roughness, [0, 0.75, 0.5])
+    # in between, grey: the specular and the diffuse colour are those of the older model
+    m, b = metallic[2], base[2, 0]
+    # by hand: b = 0.3·0.8/0.96 + 0.2 - 0.08 = 0.37; m = (√(0.37² + 0.16·0.16) - 0.37)/0.08
+    assert m == pytest.approx((np.sqrt(0.37**2 + 0.0256) - 0.37) / 0.08, abs=1e-12)
+    assert b * m + 0.04 * (1 - m) == pytest.approx(0.2, abs=1e-9)
+    assert b * (1 - m) == pytest.approx(0.3 * 0.8 / 0.96, abs=1e-9)
+
+
+def test_specular_glossiness_factors_become_a_metallic_roughness_material(tmp_path):
+    gltf = Gltf().attribute("POSITION", TRIANGLE)
+    specular_glossiness(gltf, diffuseFactor=[0, 0, 0, 1], specularFactor=[0.9, 0.6, 0.3], glossinessFactor=0.75)
+    parts, words = read_and_told(gltf, tmp_path)
+    material = parts[0].material
+    assert material.base_color == pytest.approx((0.9, 0.6, 0.3), abs=1e-6) and material.name == "old"
+    assert material.metallic == pytest.approx(1.0, abs=1e-12) and material.perceptual_roughness == 0.25
+    assert words == []
+
+
+def test_specular_glossiness_textures_are_converted_texel_by_texel(tmp_path):
+    """Left a yellow metal, half glossy; right a blue dielectric, matt. The diffuse picture is half as large."""
+    gltf = Gltf().attribute("POSITION", TRIANGLE).attribute("TEXCOORD_0", UV, "VEC2")
+    diffuse = gltf.texture(np.array([[[0, 0, 0, 255], [0, 0, 188, 255]]], np.uint8))
+    shine = np.array([[[255, 188, 0, 128]] * 2 + [[56, 56, 56, 0]] * 2] * 2, np.uint8)  # sRGB 56 is linear 0.0395
+    specular_glossiness(
+        gltf, diffuseTexture={"index": diffuse}, specularGlossinessTexture={"index": gltf.texture(shine)}
+    )
+    material = gltf.read(tmp_path)[0].material
+    base, other = material.base_color_texture_srgb.pixels, material.metallic_roughness_texture.pixels
+    assert (material.base_color, material.metallic, material.perceptual_roughness) == ((1.0,) * 3, 1.0, 1.0)
+    assert base.shape == other.shape == (2, 4, 4)
+    np.testing.assert_array_equal(base[:, :2], np.broadcast_to([255, 188, 0, 255], (2, 2, 4)))
+    # strength 1 - 0.0395 over 0.96 brightens the diffuse colour by less than half a code
+    np.testing.assert_array_equal(base[:, 2:], np.broadcast_to([0, 0, 188, 255], (2, 2, 4)))
+    np.testing.assert_array_equal(other[0, :, 1], [127, 127, 255, 255])
+    np.testing.assert_array_equal(other[0, :, 2], [255, 255, 0, 0])
+
+
+# -- colours of vertices -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["bytes", "bytes not marked as fractions", "floats"])
+def test_one_vertex_colour_is_a_factor(tmp_path, kind):
+    gltf = Gltf().attribute("POSITION", TRIANGLE).material(pbrMetallicRoughness={"baseColorFactor": [0.5, 1, 1, 1]})
+    if kind == "floats":
+        gltf.attribute("COLOR_0", np.float32([[0.5, 0.2, 0.0]] * 3), "VEC3", FLOAT)
+    else:
+        color = np.array([[255, 51, 0, 128]] * 3, np.uint8)
+        gltf.attribute("COLOR_0", color, "VEC4", UNSIGNED_BYTE, normalized=kind == "bytes")
+    parts, words = read_and_told(gltf, tmp_path)
+    expected = (0.25, 0.2, 0.0) if kind == "floats" else (0.5, 0.2, 0.0)
+    assert parts[0].material.base_color == pytest.approx(expected, abs=1e-7) and words == []  # float32
+
+
+def test_vertex_colours_that_vary_are_their_mean_and_unused_vertices_do_not_count(tmp_path):
+    points = np.concatenate([TRIANGLE, [[9, 9, 9]]]).astype(np.float32)
+    gltf = Gltf().attribute("POSITION", points).material(pbrMetallicRoughness={})
+    gltf.attribute("COLOR_0", np.float32([[1, 0, 0.5]] * 3 + [[0, 0, 0]]))
+    gltf.primitive["indices"] = gltf.accessor(np.array([0, 1, 2], np.uint8), "SCALAR", UNSIGNED_BYTE)
+    parts, words = read_and_told(gltf, tmp_path)
+    assert parts[0].material.base_color == (1.0, 0.0, 0.5) and words == []
+    gltf.primitive["attributes"]["COLOR_0"] = gltf.accessor(
+        np.float32([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]), "VEC3"
+    )
+    parts, words = read_and_told(gltf, tmp_path)
+    assert parts[0].material.base_color == pytest.approx((1 / 3, 1 / 3, 1 / 3))
+    assert words == ["a.gltf: vertex colours that vary are shown as their mean (1 of 1 primitives: a)."]
+
+
+# -- pictures ----------------------------------------------------------------------------------------------------------
+
+
+def test_pictures_that_cannot_be_read_leave_the_factors(tmp_path):
+    gltf = textured(
+        name="paint",
+        pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1], "baseColorTexture": {"index": 0}},
+        normalTexture={"index": 1},
+        emissiveTexture={"index": 2},
+    )
+    gltf.picture(uri="gone.png")
+    gltf.picture(uri="data:image/png;base64," + base64.b64encode(b"no picture").decode())
+    gltf.json["textures"].append({"extensions": {"EXT_future": {"source": 0}}})
+    gltf.texture(np.zeros((1, 1, 3), np.uint8))  # a fourth one that nothing is wrong with
+    parts, words = read_and_told(gltf, tmp_path)
+    material = parts[0].material
+    assert material.base_color == (1.0, 0.0, 0.0)
+    assert material.base_color_texture_srgb is material.normal_texture is material.emission_texture_srgb is None
+    assert len(words) == 2 and "EXT_future" in words[1]
+    for said in ("(3 of 4 textures: ", f"gone.png is not in {tmp_path}", "image number 1 is not a readable picture",
+                 "a texture names no picture"):  # fmt: skip
+        assert said in words[0]
+
+
+def test_the_bytes_of_a_picture_tell_what_it_is(tmp_path):
+    pixels = np.random.default_rng(0).integers(0, 256, (3, 5, 4)).astype(np.uint8)
+    gltf = textured(normalTexture={"index": 0})
+    gltf.picture(bufferView=gltf.view(png(pixels)), mimeType="image/jpeg")
+    np.testing.assert_array_equal(gltf.read(tmp_path)[0].material.normal_texture.pixels, pixels)
+    (tmp_path / "My Picture.PNG").write_bytes(png(pixels))
+    gltf.json["images"] = [{"uri": "my%20picture.png", "mimeType": "application/octet-stream"}]
+    np.testing.assert_array_equal(gltf.read(tmp_path)[0].material.normal_texture.pixels, pixels)
+
+
+def test_the_first_source_that_can_be_read_is_taken(tmp_path):
+    pixels = np.full((2, 2, 4), 200, np.uint8)
+    webp = io.BytesIO()
+    Image.fromarray(pixels).save(webp, "WEBP", lossless=True)
+    for data, expected in ((webp.getvalue(), 200), (b"RIFFbroken", 100)):
+        gltf = textured(normalTexture={"index": 0})
+        gltf.texture(np.full((2, 2, 4), 100, np.uint8))
+        gltf.json["images"].append({"bufferView": gltf.view(data), "mimeType": "image/webp"})
+        gltf.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": 1}}
+        parts, words = read_and_told(gltf, tmp_path)
+        assert parts[0].material.normal_texture.pixels[0, 0, 0] == expected and words == []
+
+
+@pytest.mark.parametrize(
+    ("wraps", "reach", "said"),
+    [
+        ((33648, 10497), 2, True),
+        ((33648, 33648), 1, False),
+        ((33071, 10497), 2, True),
+        ((33071, 33071), 2, False),
+        ((10497, 10497), 2, False),
+    ],
+)
+def test_pictures_that_repeat_in_ways_that_are_not_kept(tmp_path, wraps, reach, said):
+    gltf = Gltf().attribute("POSITION", TRIANGLE).attribute("TEXCOORD_0", reach * UV, "VEC2")
+    gltf.material(normalTexture={"index": gltf.texture(np.zeros((1, 1, 3), np.uint8))})
+    gltf.json["samplers"] = [{"wrapS": wraps[0], "wrapT": wraps[1]}]
+    gltf.json["textures"][0]["sampler"] = 0
+    parts, words = read_and_told(gltf, tmp_path)
+    assert parts[0].material.normal_texture.clamp == (wraps == (33071, 33071))
+    assert ["mirrored, or in one direction only" in word for word in words] == ([True] if said else [])
+
+
+def test_a_sampler_that_is_not_there_repeats(tmp_path):
+    gltf = textured(normalTexture={"index": 0})
+    gltf.texture(np.zeros((1, 1, 3), np.uint8))
+    gltf.json["textures"][0]["sampler"] = 3
+    assert not gltf.read(tmp_path)[0].material.normal_texture.clamp
+
+
+def test_coordinates_that_are_missing_or_no_numbers(tmp_path):
+    gltf = Gltf().attribute("POSITION", TRIANGLE)
+    gltf.material(normalTexture={"index": gltf.texture(np.zeros((1, 1, 3), np.uint8)), "texCoord": 1})
+    gltf.attribute("TEXCOORD_0", UV, "VEC2")
+    parts, words = read_and_told(gltf, tmp_path)
+    assert only_mesh(parts).uv is None and "no coordinates" in words[0]
+    gltf.attribute("TEXCOORD_1", np.float32([[np.nan, 0], [1, np.inf], [0, 1]]), "VEC2")
+    parts, words = read_and_told(gltf, tmp_path)
+    assert np.isfinite(only_mesh(parts).uv).all() and "count as 0" in words[0]
+
+
+# -- words -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mode", "cutoff", "factor", "texel", "said"),
+    [
+        ("OPAQUE", None, 0.2, 10, False),
+        ("BLEND", None, 1.0, 255, False),  # as many exporters mark everything
+        ("BLEND", None, 1.0, 254, True),
+        ("BLEND", None, 0.9, 255, True),
+        ("MASK", None, 1.0, 128, False),
+        ("MASK", None, 1.0, 127, True),
+        ("MASK", 0.1, 1.0, 127, False),
+    ],
+)
+def test_only_what_is_transparent_is_said_to_be(tmp_path, mode, cutoff, factor, texel, said):
+    gltf = textured(name="glass", alphaMode=mode)
+    picture = gltf.texture(np.array([[[9, 9, 9, 255], [9, 9, 9, texel]]], np.uint8))
+    color = {"baseColorFactor": [1, 1, 1, factor], "baseColorTexture": {"index": picture}}
+    gltf.json["materials"][0]["pbrMetallicRoughness"] = color
+    if cutoff is not None:
+        gltf.json["materials"][0]["alphaCutoff"] = cutoff
+    expected = "a.gltf: what is transparent is shown opaque (1 of 1 materials: glass)."
+    assert told(gltf, tmp_path) == ([expected] if said else [])
+
+
+@pytest.mark.parametrize(
+    ("extension", "value", "said"),
+    [
+        ("KHR_materials_ior", {"ior": 1.5}, None),
+        ("KHR_materials_ior", {"ior": 2.4}, "what is no metal reflects 4 %"),
+        ("KHR_materials_specular", {"specularFactor": 1.0}, None),
+        ("KHR_materials_specular", {"specularColorFactor": [1, 0, 0]}, "what is no metal reflects 4 %"),
+        ("KHR_materials_transmission", {}, None),
+        ("KHR_materials_transmission", {"transmissionFactor": 1}, "shown opaque"),
+        ("KHR_materials_unlit", {}, "unlit surfaces are lit"),
+        ("KHR_materials_sheen", {"sheenColorFactor": [0.1, 0, 0]}, "sheen is left out"),
+        ("ACME_sparkle", {"much": 3}, "what it adds is left out"),
+    ],
+)
+def test_extensions_of_materials_are_named_where_they_matter(tmp_path, extension, value, said):
+    gltf = Gltf().attribute("POSITION", TRIANGLE).material(name="stone", extensions={extension: value})
+    words = told(gltf, tmp_path)
+    if said is None:
+        assert words == []
+    else:
+        (word,) = words
+        assert word.startswith(f"a.gltf: {extension} is not honoured: ") and said in word
+        assert word.endswith("(1 of 1 materials: stone).")
+
+
+def test_many_names_are_counted_not_listed(tmp_path):
+    gltf = Gltf().attribute("POSITION", TRIANGLE)
+    gltf.json["materials"] = [{"name": f"m{i}", "extensions": {"KHR_materials_unlit": {}}} for i in range(8)]
+    assert told(gltf, tmp_path)[0].endswith("unlit surfaces are lit (8 of 8 materials: m0, m1, m2, m3, m4 and 3 more).")
+
+
+def test_values_that_are_none_are_refused_in_one_sentence(tmp_path):
+    for fields, sentence in (
+        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 2]}}, "baseColorFactor has 2 of 4 numbers"),
+        ({"pbrMetallicRoughness": {"metallicFactor": "shiny"}}, "metallicFactor has 'shiny' where a number belongs"),
+        ({"pbrMetallicRoughness": []}, "pbrMetallicRoughness is no object"),
+        ({"normalTexture": {"index": -1}}, "index is -1, no whole number"),
+    ):
+        gltf = Gltf().attribute("POSITION", TRIANGLE).material(**fields)
+        with pytest.raises(RefletError, match=sentence) as caught:
+            gltf.read(tmp_path)
+        assert "\n" not in str(caught.value)
