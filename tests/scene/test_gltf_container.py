@@ -245,7 +245,7 @@ def test_positions_and_normals_that_are_no_numbers(tmp_path):
         ({"count": 2.5}, "count is 2.5, no whole number"),
         ({"byteOffset": 4}, "ends behind buffer view 0, at byte 40 of 36"),
         ({"count": 2}, "TEXCOORD_0 has 3 elements for 2 vertices"),
-        ({"bufferView": 3}, "entry 3 of its 1 bufferViews"),
+        ({"bufferView": 3}, "entry 3 of its 2 bufferViews"),
     ],
 )
 def test_accessors_that_break_their_promises(tmp_path, change, sentence):
