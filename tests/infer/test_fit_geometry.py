@@ -117,3 +117,18 @@ def test_a_hemisphere_under_the_open_sky_keeps_its_floor(scene: Scene) -> None:
 def test_an_unknown_kind_is_refused_in_one_sentence(scene: Scene) -> None:
     with pytest.raises(RefletError, match=r"geometry must be one of .* not cylinder\."):
         fit("cylinder", scene, (0,))
+
+
+def test_the_least_ellipsoid_of_many_points_is_that_of_the_few_that_touch_it() -> None:
+    """A point on an ellipsoid's surface in each direction of a cube's corners settles it, whatever lies inside."""
+    random = np.random.default_rng(2)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / np.sqrt(3.0)
+    inside = random.normal(size=(4000, 3))
+    inside *= 0.999 * random.random(4000)[:, None] / np.linalg.norm(inside, axis=1)[:, None]
+    unit = np.concatenate([corners, inside])
+    triangles = np.arange(8 + 4000).reshape(-1, 3).astype(np.uint32)
+    positions = (unit * [0.3, 0.1, 0.2] + [1.0, 2.0, 3.0]).astype(np.float32)
+    ellipsoid = bounding_ellipsoid(mirror_scene(Mesh(positions, np.zeros_like(positions), triangles)), (0,))
+    # 1e-3 is what the updates of the weights leave; float32 positions are exact to 1e-7 of 3 m
+    assert np.abs(np.divide(ellipsoid.radii, (0.306, 0.102, 0.204)) - 1.0).max() < 1e-3
+    assert np.abs(np.subtract(ellipsoid.centre, (1.0, 2.0, 3.0))).max() < 1e-4

@@ -13,7 +13,7 @@ from reflet.scene.builtin.teapot_room import teapot_room
 from reflet.scene.material import MIRROR, EnvironmentLight, Material
 from reflet.scene.meshes.corners import face_normals, weld
 from reflet.scene.meshes.mesh import Mesh
-from reflet.scene.scene import Part
+from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import TOLERANCE, hull_triangles
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.framing import check_camera, frame_orbit, winding_number
@@ -177,3 +177,25 @@ def test_cameras_inside_an_object_are_refused(teapot):
     check_camera(teapot, Camera((0.0, 0.5, 0.0), (0.1, 0.0, 0.0)))  # above the lid
     with pytest.raises(RefletError, match=r"is inside body\+lid\+handle\+spout; choose a larger distance"):
         check_camera(teapot, Camera((0.05, 0.12, 0.03), (1.0, 0.1, 0.0)))
+
+
+def test_a_camera_before_stacked_sheets_is_not_inside_them():
+    """Four sheets one behind the other fill more than half of all that can be seen, added up."""
+    edge = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float32)
+    positions = np.concatenate([edge - np.float32([0, 0.01 * k, 0]) for k in range(4)])
+    triangles = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.uint32)
+    sheets = Mesh(positions, np.tile(np.float32([0, 1, 0]), (16, 1)), triangles)
+    scene = assemble([Part("sheets", sheets, MIRROR)], environment=SKY)
+    position = (0.0, 0.3, 0.0)
+    assert winding_number(np.array(position), object_triangles(scene, 0)) < -0.5
+    check_camera(scene, Camera(position, (0.0, 0.0, 0.01)))
+
+
+def test_the_nearest_wall_is_found_among_triangles_without_area():
+    walls = solid_mesh(box((0, 0, 0), (4, 4, 4), 0))
+    sliver = np.array([[0, 0, 0], [0, 0, 1]], np.uint32)
+    part = Part("walls", replace(walls, triangles=np.concatenate([sliver, walls.triangles])), Material(metallic=0.0))
+    ball = Part("ball", solid_mesh(sphere((0, 0, 0), 1.0, 0)), MIRROR, True)
+    scene = Scene((ball, part), (ReflectiveObject("ball", (0,)),), SKY)
+    # level with the target the nearest wall stands 2 m away, at φ = 0
+    assert frame_orbit(scene, elevation_deg=0.0).distance == pytest.approx(0.95 * 2.0, rel=1e-6)

@@ -12,6 +12,7 @@ from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 
 _MARGIN = 1.02  # of shapes that must hold a part: rays start inside them
+_ROUNDS = 40  # of the search for a least ellipsoid; ten suffice for most meshes
 
 
 def em_origin(scene: Scene, parts: Sequence[int]) -> Vec3:
@@ -47,42 +48,57 @@ def bounding_ellipsoid(scene: Scene, parts: Sequence[int]) -> Ellipsoid:
 
     Found by the multiplicative algorithm for least enclosing ellipsoids [Titterington78], restricted to the axes.
     """
-    points = _corners(scene, parts).reshape(-1, 3)
-    centre, radii = _least_ellipsoid(points)
+    centre, radii = _least_ellipsoid(_vertices(scene, parts))
     return Ellipsoid(_vec3(centre), _vec3(radii * _MARGIN), em_origin(scene, parts))
 
 
 def _bounding_sphere(scene: Scene, parts: Sequence[int]) -> Sphere:
     origin = em_origin(scene, parts)
-    radius = float(np.linalg.norm(_corners(scene, parts).reshape(-1, 3) - origin, axis=1).max()) * _MARGIN
+    radius = float(np.linalg.norm(_vertices(scene, parts) - origin, axis=1).max()) * _MARGIN
     return Sphere(origin, (radius,) * 3, origin)
 
 
 def _least_ellipsoid(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Centre and radii, by multiplicative updates of the points' weights.
-
-    At the optimum the weights w of the touching points satisfy radii² = 3·Σ w·(p - centre)², centre = Σ w·p.
-    """
+    """Centre and radii. Few points touch the ellipsoid: it is found for some, those that stick out of it the most join
+    them, and so on until none does."""
     low, high = points.min(0), points.max(0)
     scale = np.where(high - low > 1e-9 * (high - low).max(), high - low, (high - low).max() * 1e-3)
     unit = (points - 0.5 * (low + high)) / scale
-    weight = np.full(len(unit), 1.0 / len(unit))
-    for _ in range(400):
-        centre = weight @ unit
-        variance = np.maximum(weight @ (unit - centre) ** 2, 1e-8)
-        weight *= ((unit - centre) ** 2 / variance).sum(1) / 3.0
-        weight /= weight.sum()
-    centre = weight @ unit
-    squared = ((unit - centre) ** 2 / np.maximum(weight @ (unit - centre) ** 2, 1e-8)).sum(1)
-    radii = np.sqrt(np.maximum(weight @ (unit - centre) ** 2, 1e-8) * squared.max())
+    directions = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3), -1).reshape(-1, 3)
+    chosen = np.unique([(unit @ direction).argmax() for direction in directions])
+    for _ in range(_ROUNDS):
+        centre, squares = _touching_ellipsoid(unit[chosen])
+        distance = ((unit - centre) ** 2 / squares).sum(1)
+        octant = (unit > centre) @ np.array([1, 2, 4])
+        farthest = [np.where(octant == o, distance, 0.0).argmax() for o in range(8)]
+        sticks_out = distance[farthest] > distance[chosen].max() * (1.0 + 1e-6)
+        if not sticks_out.any():
+            break
+        chosen = np.union1d(chosen, np.array(farthest)[sticks_out])
+    radii = np.sqrt(squares * distance.max())
     return 0.5 * (low + high) + centre * scale, radii * scale
+
+
+def _touching_ellipsoid(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Centre and squared radii, up to a common factor, by multiplicative updates of the points' weights.
+
+    At the optimum the weights w of the touching points satisfy radii² = 3·Σ w·(p - centre)², centre = Σ w·p.
+    """
+    weight = np.full(len(points), 1.0 / len(points))
+    for _ in range(400):
+        centre = weight @ points
+        variance = np.maximum(weight @ (points - centre) ** 2, 1e-8)
+        weight *= ((points - centre) ** 2 / variance).sum(1) / 3.0
+        weight /= weight.sum()
+    centre = weight @ points
+    return centre, np.maximum(weight @ (points - centre) ** 2, 1e-8)
 
 
 def _fit_environment(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe) -> Geometry:
     size = probe.distance.shape[-1]
     direction = texel_directions(size)
     solid_angle = np.broadcast_to(texel_solid_angle(size), probe.distance.shape)
-    corners = _corners(scene, parts).reshape(-1, 3)
+    corners = _vertices(scene, parts)
     origin = np.asarray(probe.origin)
     floor = float(corners[:, 1].min())
     finite = np.isfinite(probe.distance)
@@ -128,6 +144,10 @@ def _fit_environment(kind: str, scene: Scene, parts: Sequence[int], probe: Stati
         )
         radii.append(max(reach, _MARGIN * np.sqrt(3.0) * float(np.abs(corners[:, axis] - origin[axis]).max())))
     return Ellipsoid(_vec3(origin), _vec3(np.array(radii)), _vec3(origin))
+
+
+def _vertices(scene: Scene, parts: Sequence[int]) -> Float[np.ndarray, "vertices 3"]:
+    return np.concatenate([scene.parts[p].mesh.positions for p in parts]).astype(np.float64)
 
 
 def _corners(scene: Scene, parts: Sequence[int]) -> Float[np.ndarray, "triangles 3 3"]:

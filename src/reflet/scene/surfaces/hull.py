@@ -2,9 +2,9 @@
 
 import numpy as np
 from jaxtyping import Bool
-from scipy.spatial import ConvexHull, QhullError
 
 from reflet.scene.bounds import object_positions
+from reflet.scene.meshes.convex_hull import all_behind, convex_hull
 from reflet.scene.meshes.corners import face_normals
 from reflet.scene.scene import Scene
 
@@ -18,14 +18,13 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
 
     Such a triangle lies on the object's convex hull with its front outwards, and no ray that leaves the front can meet
     the object again [Hakura01, sec. 4.2]; conversely every triangle on the hull is found. Back faces and parts that do
-    not reflect are never flagged, nor are double-sided parts: the inside of a thin shell sees the rest of it. It is
-    enough to compare with the hull's own vertices, since a plane that has them behind it has all others behind it too.
+    not reflect are never flagged, nor are double-sided parts: the inside of a thin shell sees the rest of it.
     """
     flags = np.zeros(scene.triangle_offsets[-1], bool)
     for index, item in enumerate(scene.objects):
         positions = object_positions(scene, index)
         limit = TOLERANCE * float(np.linalg.norm(np.ptp(positions, axis=0)))
-        extreme = _hull_vertices(positions)
+        hull = convex_hull(positions)
         for p in item.parts:
             if scene.parts[p].material.double_sided:
                 continue
@@ -33,22 +32,6 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
             corners = mesh.positions[mesh.triangles].astype(np.float64)
             normals, _ = face_normals(corners.reshape(-1, 3))
             heights = np.einsum("ti,tki->tk", normals, corners).min(axis=1)
-            first = scene.triangle_offsets[p]
-            # a few of the vertices rule most triangles out
-            candidates = np.flatnonzero(_highest(normals, extreme[::64]) - heights <= limit)
-            on_hull = _highest(normals[candidates], extreme) - heights[candidates] <= limit
-            flags[first + candidates[on_hull]] = True
+            span = slice(scene.triangle_offsets[p], scene.triangle_offsets[p + 1])
+            flags[span] = all_behind(hull, normals, heights + limit)
     return flags
-
-
-def _highest(normals: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """max over the points of normal·point, for each normal; 2048 × (points) float64 at a time."""
-    blocks = [normals[k : k + 2048] for k in range(0, len(normals), 2048)]
-    return np.concatenate([(block @ points.T).max(axis=1) for block in blocks] or [np.zeros(0)])
-
-
-def _hull_vertices(positions: np.ndarray) -> np.ndarray:
-    try:
-        return positions[ConvexHull(positions).vertices]
-    except QhullError:  # flat objects have no volume, and few vertices as a rule
-        return np.unique(positions, axis=0)

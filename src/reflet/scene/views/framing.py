@@ -2,6 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit, prange
 
 from reflet.errors import RefletError
 from reflet.scene.bounds import bounding_sphere, object_positions, object_triangles
@@ -53,30 +54,39 @@ def frame_orbit(
 
 def _free_way(scene: Scene, aim: Float[np.ndarray, "3"], radius: float, elevation_deg: float) -> float:
     """Distance from the target, outside the objects' sphere, to the nearest other surface, at all azimuths."""
-    meshes = [part.mesh for part in scene.parts if not part.reflective]
-    if not meshes:
-        return np.inf
-    triangles = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes]).astype(np.float64)
     phi, theta = np.radians(np.arange(0.0, 360.0, 5.0)), np.radians(elevation_deg)
     flat, rise = np.cos(theta), np.full_like(phi, np.sin(theta))
     ways = np.stack([np.cos(phi) * flat, rise, -np.sin(phi) * flat], axis=1)
-    return min(_first_hit(aim + radius * way, way, triangles) for way in ways) + radius
+    nearest = np.full(len(ways), np.inf)
+    for part in scene.parts:
+        if not part.reflective:
+            _first_hits(aim + radius * ways, ways, part.mesh.positions, part.mesh.triangles, nearest)
+    return float(nearest.min()) + radius
 
 
-def _first_hit(
-    origin: Float[np.ndarray, "3"], way: Float[np.ndarray, "3"], triangles: Float[np.ndarray, "triangles 3 3"]
-) -> float:
-    """Distance along a ray to the nearest triangle, from either side; infinite where there is none [Moeller97]."""
-    e1, e2, to_origin = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0], origin - triangles[:, 0]
-    p = np.cross(way, e2)
-    determinant = np.einsum("ti,ti->t", e1, p)
-    q = np.cross(to_origin, e1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = np.einsum("ti,ti->t", to_origin, p) / determinant
-        v = (q @ way) / determinant
-        t = np.einsum("ti,ti->t", e2, q) / determinant
-        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.0)
-    return float(t[hit].min()) if hit.any() else np.inf
+@njit(parallel=True, cache=True, error_model="numpy")
+def _first_hits(origins, ways, positions, triangles, nearest):  # type: ignore[no-untyped-def]
+    """Lowers ``nearest`` to the distance along each ray to the nearest triangle, from either side [Moeller97]."""
+    for ray in prange(len(ways)):
+        ox, oy, oz = origins[ray]
+        dx, dy, dz = ways[ray]
+        for k in range(len(triangles)):
+            a, b, c = triangles[k]
+            ax, ay, az = float(positions[a, 0]), float(positions[a, 1]), float(positions[a, 2])
+            ux, uy, uz = positions[b, 0] - ax, positions[b, 1] - ay, positions[b, 2] - az
+            vx, vy, vz = positions[c, 0] - ax, positions[c, 1] - ay, positions[c, 2] - az
+            px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
+            determinant = ux * px + uy * py + uz * pz
+            sx, sy, sz = ox - ax, oy - ay, oz - az
+            u = (sx * px + sy * py + sz * pz) / determinant
+            if not 0.0 <= u <= 1.0:  # most of all triangles, and those without area
+                continue
+            qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
+            v = (qx * dx + qy * dy + qz * dz) / determinant
+            if v >= 0.0 and u + v <= 1.0:
+                t = (vx * qx + vy * qy + vz * qz) / determinant
+                if 0.0 < t < nearest[ray]:
+                    nearest[ray] = t
 
 
 def winding_number(point: Float[np.ndarray, "3"], triangles: Float[np.ndarray, "triangles 3 3"]) -> float:
@@ -96,6 +106,11 @@ def check_camera(scene: Scene, camera: Camera) -> None:
     covers more than half of what can be seen."""
     position = np.asarray(camera.position, np.float64)
     for index, item in enumerate(scene.objects):
+        meshes = [scene.parts[p].mesh for p in item.parts]
+        low = np.min([mesh.positions.min(axis=0) for mesh in meshes], axis=0)
+        high = np.max([mesh.positions.max(axis=0) for mesh in meshes], axis=0)
+        if (position < low).any() or (position > high).any():  # beside it, above or below: no need to measure
+            continue
         if abs(winding_number(position, object_triangles(scene, index))) > 0.5:
             raise RefletError(
                 f"The camera at ({position[0]:.3g}, {position[1]:.3g}, {position[2]:.3g}) is inside {item.name}; "
