@@ -54,11 +54,11 @@ def morphed(vertices: Vertices, targets: list[MorphTarget]) -> Vertices:
 def placed(vertices: Vertices, world_from_node: Float[np.ndarray, "4 4"]) -> Vertices:
     """The vertices in the world, normals and tangents of unit length."""
     linear, shift = world_from_node[:3, :3], world_from_node[:3, 3]
-    mirrored = bool(np.linalg.det(linear) < 0.0)
-    sign = -1.0 if mirrored else 1.0
-    a, b, c = linear
     # cofactors are the inverse transpose times the determinant, and exist for singular matrices too
-    cofactors = sign * np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    cofactors = np.cross(linear[[1, 2, 0]], linear[[2, 0, 1]])
+    mirrored = bool(linear[0] @ cofactors[0] < 0.0)
+    sign = -1.0 if mirrored else 1.0
+    cofactors = sign * cofactors
     positions, normals, tangents = _empty_like(vertices)
     if np.array_equal(world_from_node, np.eye(4)):
         positions = vertices.positions
@@ -93,9 +93,8 @@ def skinned(
         share = np.where(total > 0.0, share / np.where(total > 0.0, total, 1.0), np.eye(1, share.shape[1]))
         matrix = np.einsum("vk,vkij->vij", share, world_from_bind[joints[block]])
         linear = matrix[:, :3, :3]
-        a, b, c = linear[:, 0], linear[:, 1], linear[:, 2]
-        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-        mirrored[block] = np.einsum("vi,vi->v", a, cofactors[:, 0]) < 0.0
+        cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+        mirrored[block] = np.einsum("vi,vi->v", linear[:, 0], cofactors[:, 0]) < 0.0
         sign = np.where(mirrored[block], -1.0, 1.0)[:, None]
         positions[block] = _mapped_each(linear, vertices.positions[block]) + matrix[:, :3, 3]
         if vertices.normals is not None and normals is not None:
