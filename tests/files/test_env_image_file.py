@@ -343,7 +343,7 @@ def test_negative_radiance_is_kept_where_it_can_be(tmp_path):
             assert read_levels(tmp_path / f"map{suffix}", repair=True)[0].texels.max() == 0.0
     write_env_image(tmp_path / "map.ktx2", [image], texel_format="rgb9e5")
     assert read_env_image(tmp_path / "map.ktx2").texels.max() == 0.0
-    with pytest.raises(RefletError, match="clip it"):
+    with pytest.raises(RefletError, match="--repair makes it 0"):
         write_env_image(tmp_path / "map.hdr", [image])
 
 
@@ -386,7 +386,7 @@ def test_more_that_cannot_be_written(tmp_path):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("none.hdr", "cannot be read"),
+        ("none.hdr", "does not exist"),
         ("none.exr", "does not exist"),
         ("none.png", "cannot be read"),
         ("none.ktx2", "cannot be read"),

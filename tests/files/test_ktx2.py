@@ -149,5 +149,5 @@ def test_other_forms_are_refused(tmp_path, chain, texels, at, value, said):
 
 
 def test_missing_file_is_one_sentence(tmp_path):
-    with pytest.raises(RefletError, match="cannot be read: No such file"):
+    with pytest.raises(RefletError, match="does not exist"):
         read_ktx2(tmp_path / "none.ktx2")

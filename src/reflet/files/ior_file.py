@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reflet.errors import RefletError
+from reflet.files.unreadable import unreadable
 from reflet.reflectance.brdfs.spectral import SpectralIndex
 
 # One table: its type, then lines "wavelength n [k]" (µm). The files use no other part of YAML that matters here.
@@ -20,8 +21,10 @@ def read_spectral_index(path: str | os.PathLike[str]) -> SpectralIndex:
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RefletError(f"{path} cannot be read as text ({error}); check the name.") from error
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except UnicodeDecodeError as error:
+        raise RefletError(f"{path} is no text; give a .yml table of refractive indices.") from error
     table = _TABLE.search(text)
     if table is None:
         raise RefletError(f"{path} holds no table of the type 'tabulated nk' or 'tabulated n'; give one that does.")

@@ -12,6 +12,7 @@ import numpy as np
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
+from reflet.files.unreadable import unreadable
 from reflet.reflectance.brdfs.measured_brdf import MeasuredBrdf
 
 _ANGLES = ("theta_i", "theta_o", "delta_phi")
@@ -32,7 +33,7 @@ def read_measured_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
             angles = [np.asarray(archive[name], np.float64).ravel() for name in _ANGLES]
             values = np.asarray(archive["values"], np.float64)
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+        raise unreadable(path, error) from error
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         raise RefletError(f"{path} is no .npz archive of arrays, or damaged; check or copy it again.") from error
     return MeasuredBrdf(angles[0], angles[1], angles[2], values[..., None] if values.ndim == 3 else values)

@@ -12,6 +12,7 @@ from jaxtyping import Shaped
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
+from reflet.files.unreadable import unreadable
 
 UNSIGNED_BYTE, UNSIGNED_INT, FLOAT = 5121, 5125, 5126
 _DTYPES: dict[int, np.dtype[Any]] = {
@@ -56,7 +57,7 @@ def read_array(folder: Path, description: dict[str, Any]) -> Shaped[np.ndarray, 
     try:
         flat = np.fromfile(path, dtype, prod(shape), offset=description["byteOffset"])
     except OSError as error:
-        raise RefletError(f"{path} cannot be read: {error.strerror}.") from None
+        raise unreadable(path, error) from None
     if flat.size != prod(shape):
-        raise RefletError(f"{path} is truncated or damaged; copy it again or bake it again with --resume.")
+        raise RefletError(f"{path} is truncated or damaged; copy it again, or bake again into a new folder.")
     return flat.reshape(shape).astype(dtype.newbyteorder("="), copy=False)

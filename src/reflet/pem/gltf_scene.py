@@ -156,7 +156,10 @@ class _SceneWriter:
 def _read_accessor(folder: Path, document: dict[str, Any], number: int) -> Shaped[np.ndarray, "..."]:
     accessor = document["accessors"][number]
     if accessor["componentType"] not in (UNSIGNED_INT, FLOAT):
-        raise RefletError(f"{folder} was changed by another program: its meshes are no longer stored as reflet does.")
+        raise RefletError(
+            f"{folder} was changed by another program: its meshes are no longer stored as reflet does; bake again "
+            "into a new folder."
+        )
     view = document["bufferViews"][accessor["bufferView"]]
     components = next(n for n, name in _COMPONENTS.items() if name == accessor["type"])
     return read_array(
@@ -176,7 +179,9 @@ def _read_texture(folder: Path, document: dict[str, Any], texture: dict[str, int
         with Image.open(path) as image:
             pixels = np.array(image.convert("RGBA"))
     except OSError:
-        raise RefletError(f"The texture {path} is missing or damaged; copy it again or bake again.") from None
+        raise RefletError(
+            f"The texture {path} is missing or damaged; copy it again, or bake again into a new folder."
+        ) from None
     return Texture(pixels, clamp=document["samplers"][texture["sampler"]]["wrapS"] == _CLAMP)
 
 

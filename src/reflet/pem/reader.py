@@ -37,22 +37,28 @@ def open_pem(folder: str | Path) -> ParameterizedEnvironmentMap:
     try:
         return _assemble(folder, document, extension)
     except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise RefletError(f"{folder / layout.SCENE} is damaged ({error!r}); copy it again or bake again.") from None
+        raise RefletError(
+            f"{folder / layout.SCENE} is damaged ({error!r}); copy it again, or bake again into a new folder."
+        ) from None
 
 
 def _read_document(folder: Path) -> dict[str, Any]:
     path = folder / layout.SCENE
     if not path.exists():
         if (folder / layout.PARAMETERS).exists():
-            raise RefletError(f"{folder} holds an unfinished bake; continue it with reflet bake … --resume.")
-        raise RefletError(f"{folder} is not a parameterized environment map: it holds no {layout.SCENE}.")
+            raise RefletError(f"{folder} holds an unfinished bake; go on with it by the same reflet bake and --resume.")
+        raise RefletError(
+            f"{folder} is not a parameterized environment map: it holds no {layout.SCENE}; reflet bake makes one."
+        )
     try:
         document = json.loads(path.read_bytes())
     except (OSError, ValueError):
-        raise RefletError(f"{path} is truncated or damaged; copy it again or bake again with --resume.") from None
+        raise RefletError(f"{path} is truncated or damaged; copy it again, or bake again into a new folder.") from None
     extensions = document.get("extensions", {}) if isinstance(document, dict) else {}
     if layout.EXTENSION not in extensions:
-        raise RefletError(f"{path} is a plain glTF file, not a parameterized environment map; bake it first.")
+        raise RefletError(
+            f"{path} is a plain glTF file, not a parameterized environment map; make one of it by reflet bake."
+        )
     version = extensions[layout.EXTENSION].get("version")
     if version != layout.VERSION:
         raise RefletError(

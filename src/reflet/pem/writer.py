@@ -43,9 +43,13 @@ class PemWriter:
         if path.exists():
             if not resume:
                 raise RefletError(
-                    f"{self.folder} already holds a bake; continue it with --resume, or choose another folder."
+                    f"{self.folder} already holds a bake; go on with it by --resume, or choose another folder."
                 )
-            _check_parameters(self.folder, _read_json(path), json.loads(_json(wanted)))
+            try:
+                begun = _read_json(path)
+            except RefletError:
+                raise RefletError(f"{path} is damaged; bake again into a new folder.") from None
+            _check_parameters(self.folder, begun, json.loads(_json(wanted)))
             self._clear_leftovers()
             return
         if self.folder.is_dir() and any(not item.name.startswith(".") for item in self.folder.iterdir()):
@@ -114,7 +118,7 @@ class PemWriter:
         """
         missing = [sample for sample in range(space.sample_count) if not self.has(sample)]
         if missing:
-            raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; continue the bake with --resume.")
+            raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; go on with the bake by --resume.")
         for obj, env_map in enumerate(static_maps):
             path = self.folder / layout.static_map_file(obj, scene.objects[obj].name)
             write_ktx2(path, env_map.chain, env_map.texels)

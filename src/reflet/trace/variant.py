@@ -23,7 +23,11 @@ def use_variant(variant: str = "llvm_ad_rgb") -> None:
     try:
         dr.eval(mi.Float(dr.arange(mi.UInt32, 2)))
     except Exception as error:
-        need = "libLLVM (Debian: apt install libllvm19)" if "llvm" in name else "an NVIDIA GPU with its driver"
+        need = (
+            "libLLVM (Debian: apt install libllvm19)"
+            if "llvm" in name
+            else "an NVIDIA GPU with its driver (or take --variant llvm)"
+        )
         raise RefletError(f"Ray tracing with variant {variant!r} needs {need}, and it could not be used.") from error
     if "llvm" in name and dr.detail.llvm_version()[0] < OLDEST_LLVM:
         raise RefletError(

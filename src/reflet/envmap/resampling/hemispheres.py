@@ -135,7 +135,8 @@ def join_hemispheres(
     """
     if back is not None and back.pixels.shape[2] != front.pixels.shape[2]:
         raise RefletError(
-            f"The front picture has {front.pixels.shape[2]} channels, the back one {back.pixels.shape[2]}; convert one."
+            f"The front picture has {front.pixels.shape[2]} channels, the back one {back.pixels.shape[2]}; save both "
+            "in grey or both in colour."
         )
     if blend_deg is not None and not 0.0 <= blend_deg <= 180.0:
         raise RefletError(f"A border is 0 to 180 degrees wide, not {blend_deg:g}.")

@@ -15,6 +15,7 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.pictures.exr_layers import ExrLayer, chosen_layer
 from reflet.files.pictures.primaries import REC709, are_usable, rec709_from_rgb, to_rec709, xyz_from_rgb
+from reflet.files.unreadable import check_is_file
 
 LARGEST_PICTURE = 2**29  # pixels: 32768×16384
 
@@ -41,7 +42,9 @@ def write_exr(
     """
     name = _CHANNELS[image.shape[2]]
     if half and np.abs(image[np.isfinite(image)]).max(initial=0.0) > _LARGEST_HALF:
-        raise RefletError(f"{path} cannot be written in half floats, which end at 65504; write 32-bit floats.")
+        raise RefletError(
+            f"{path} cannot be written in half floats, which end at 65504; write 32-bit floats (--texel-format float)."
+        )
     pixels = np.ascontiguousarray(image if name != "Y" else image[..., 0], dtype=np.float16 if half else np.float32)
     header: dict[str, Any] = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(notes or {})}
     if layout is not None:
@@ -91,8 +94,7 @@ def read_exr_picture(path: str | os.PathLike[str], layer: str | None = None) -> 
     Memory: all of the file's parts and channels, for the library reads no less, and the picture. Raises RefletError for
     files that are missing, damaged, larger than `LARGEST_PICTURE`, or hold other channels, integers or deep samples.
     """
-    if not os.path.isfile(path):
-        raise RefletError(f"{path} does not exist; check the name.")
+    check_is_file(path)
     try:
         with quiet() as said:
             with OpenEXR.File(os.fspath(path), header_only=True) as file:
@@ -178,11 +180,11 @@ def _samples(path: str | os.PathLike[str], channel: Any, name: str, data: _Windo
     """One channel at full resolution. Raises RefletError for integers, and for colours stored at less."""
     stored = channel.pixels
     if stored.dtype.kind != "f":
-        raise RefletError(f"{path} stores {name} in integers; expected half or float samples.")
+        raise RefletError(f"{path} stores {name} in integers; expected half or float samples: save it as these.")
     if channel.xSampling == channel.ySampling == 1:
         return stored
     if name not in ("RY", "BY"):
-        raise RefletError(f"{path} stores {name} at a fraction of the resolution; expected all of it.")
+        raise RefletError(f"{path} stores {name} at a fraction of the resolution; save all of it.")
     # the library leaves the fewer samples densely packed at the beginning of an array of the full size
     height, width = data.height // channel.ySampling, data.width // channel.xSampling
     dense = stored.reshape(-1)[: height * width].reshape(height, width).astype(np.float32)

@@ -13,6 +13,7 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 from reflet.files.pictures.hdr_header import read_hdr_header
 from reflet.files.pictures.primaries import EQUAL_ENERGY, REC709, rec709_from_rgb, rec709_from_xyz, to_rec709
+from reflet.files.unreadable import unreadable
 
 LARGEST_PICTURE = 2**29  # pixels: 32768×16384
 
@@ -45,7 +46,7 @@ def read_hdr_with_doubts(
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+        raise unreadable(path, error) from error
     header = read_hdr_header(path, data)
     if header.width * header.height > LARGEST_PICTURE:
         raise RefletError(f"{path} is {header.width}×{header.height} pixels, more than can be read; scale it down.")
@@ -170,10 +171,13 @@ def write_hdr(
     """
     low, high = image.min(initial=0.0), image.max(initial=0.0)
     if not (np.isfinite(low) and np.isfinite(high)):
-        raise RefletError(f"{path} cannot be written: the radiance is not finite everywhere; repair these pixels.")
+        raise RefletError(
+            f"{path} cannot be written: the radiance is not finite everywhere; repair it first, files by "
+            "reflet convert --repair."
+        )
     if low < 0.0 or high > 1.7e38:
-        what = low if low < 0.0 else high
-        raise RefletError(f"{path} cannot be written: .hdr holds no radiance of {what:g}; clip it.")
+        what, instead = (low, "reflet convert --repair makes it 0") if low < 0.0 else (high, "write .exr")
+        raise RefletError(f"{path} cannot be written: .hdr holds no radiance of {what:g}; {instead}.")
     height, width = image.shape[:2]
     said = "".join(f"{key.upper()}={value}\n" for key, value in (notes or {}).items()).encode()
     header = b"#?RADIANCE\nSOFTWARE=reflet\n%sFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (said, height, width)

@@ -52,7 +52,7 @@ def read_hdr_header(path: str | os.PathLike[str], data: bytes) -> HdrHeader:
         said = line.decode("latin-1").strip()[:60]
         if name == b"FORMAT":
             if value.strip() not in (b"32-bit_rle_rgbe", b"32-bit_rle_xyze"):
-                raise RefletError(f"{path} is stored as {value.decode('latin-1')[:40]}, not as RGBE; convert it.")
+                raise RefletError(f"{path} is stored as {value.decode('latin-1')[:40]}, not as RGBE; save it as that.")
             is_xyz = value.strip().endswith(b"xyze")
         elif name in (b"EXPOSURE", b"COLORCORR"):
             factor = _numbers(value, 1 if name == b"EXPOSURE" else 3)

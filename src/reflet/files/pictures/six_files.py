@@ -7,6 +7,7 @@ from pathlib import Path
 
 from reflet.envmap.parameterizations.cube import FACES
 from reflet.errors import RefletError
+from reflet.files.unreadable import unreadable
 
 NAMES = (
     FACES,
@@ -49,7 +50,7 @@ def _in_folder(folder: Path, suffixes: frozenset[str]) -> tuple[Path, ...] | Non
     try:
         entries = sorted(os.listdir(folder))
     except OSError as error:
-        raise RefletError(f"{folder} cannot be read: {error.strerror}.") from error
+        raise unreadable(folder, error) from error
     cubes: dict[tuple[str, str, int], dict[int, Path]] = {}
     for path in (folder / entry for entry in entries):
         for kind, names in enumerate(NAMES):

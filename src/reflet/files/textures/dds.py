@@ -12,6 +12,7 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.textures.texel_formats import TEXEL_FORMATS, TexelFormat
 from reflet.files.textures.texture import Texture, level_shape, most_levels
+from reflet.files.unreadable import unreadable
 
 MAGIC = b"DDS "
 
@@ -110,11 +111,11 @@ def read_dds_texture(path: str | os.PathLike[str]) -> Texture:
     try:
         data = np.memmap(path, np.uint8, "r") if path.stat().st_size else np.zeros(0, np.uint8)
     except OSError as error:
-        raise RefletError(f"{path} cannot be read: {error.strerror}.") from error
+        raise unreadable(path, error) from error
     header = _read_header(path, data)
     form, height, width = header.form, header.height, header.width
     if header.is_volume or not width or not height or (header.is_cube and width != height):
-        raise RefletError(f"{path} is neither a 2D texture, an array of them nor a whole cube.")
+        raise RefletError(f"{path} is neither a 2D texture, an array of them nor a whole cube; save it as one.")
     images, level_count, doubts = _contents(path, header, len(data) - header.end)
     is_cube = images % 6 == 0 and (header.is_cube or (images == 6 and header.layers == 1))
     sizes = [form.image_bytes(*level_shape(height, width, k)) for k in range(level_count)]

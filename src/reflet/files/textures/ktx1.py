@@ -17,6 +17,7 @@ from reflet.files.textures.ktx_metadata import pack_metadata, unpack_metadata
 from reflet.files.textures.picture_count import damaged_metadata, picture_count
 from reflet.files.textures.texel_formats import TEXEL_FORMATS, TexelFormat
 from reflet.files.textures.texture import Texture, level_shape, most_levels
+from reflet.files.unreadable import unreadable
 
 IDENTIFIER = b"\xabKTX 11\xbb\r\n\x1a\n"
 
@@ -71,7 +72,7 @@ def read_ktx1_texture(path: str | os.PathLike[str]) -> Texture:
     try:
         data = np.memmap(path, np.uint8, "r") if path.stat().st_size else np.zeros(0, np.uint8)
     except OSError as error:
-        raise RefletError(f"{path} cannot be read: {error.strerror}.") from error
+        raise unreadable(path, error) from error
     head = data[:_HEADER_SIZE].tobytes()
     if not head.startswith(IDENTIFIER):
         raise RefletError(f"{path} is not a KTX 1 file; check what it is.")

@@ -69,7 +69,10 @@ def read_ktx2(path: Path) -> Ktx2Map:
     texture = read_texture(path)
     laid_out = parameterization(texture.metadata.get("RefletParameterization", b"cube").decode("utf-8", "replace"))
     if texture.texel_format != _RGBA16F or texture.supercompression is not None:
-        raise RefletError(f"{path} is not a map of plain half-float RGBA texels, the one KTX 2.0 form of a PEM's maps.")
+        raise RefletError(
+            f"{path} is not a map of plain half-float RGBA texels, the one KTX 2.0 form of a PEM's maps; copy it "
+            "again, or bake again."
+        )
     rows, columns = texture.rows, texture.columns
     if texture.is_cube != (laid_out == CUBE) or (texture.image_count, rows, columns) != laid_out.shape(rows):
         raise RefletError(f"{path} is not a {laid_out} map: it has {texture.image_count} pictures of {columns}×{rows}.")

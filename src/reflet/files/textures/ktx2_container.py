@@ -18,6 +18,7 @@ from reflet.files.textures.ktx_metadata import pack_metadata, unpack_metadata
 from reflet.files.textures.picture_count import PictureCount, damaged_metadata, picture_count
 from reflet.files.textures.texel_formats import TEXEL_FORMATS, TexelFormat
 from reflet.files.textures.texture import Texture, level_shape, most_levels
+from reflet.files.unreadable import unreadable
 
 IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
 
@@ -126,7 +127,7 @@ def read_header(path: Path) -> Ktx2Header:
             file.seek(metadata_at)
             metadata = file.read(metadata_length)
     except OSError as error:
-        raise RefletError(f"{path} cannot be read: {error.strerror}.") from error
+        raise unreadable(path, error) from error
     pictures = picture_count(path, width, height, depth, layers, faces)
     pairs, is_sound = unpack_metadata(metadata)
     model = descriptor[12] if len(descriptor) > 15 else 0

@@ -48,6 +48,10 @@ def filtered_reference(
 def check_radiance(image: EnvImage) -> None:
     """Raises RefletError for radiance that is negative or not finite."""
     if not np.isfinite(image.texels).all():
-        raise RefletError("The environment holds radiance that is not finite (NaN or infinite); repair these texels.")
+        raise RefletError(
+            "The environment holds radiance that is not finite (NaN or infinite); reflet convert --repair mends it."
+        )
     if image.texels.min() < 0.0:
-        raise RefletError(f"The environment holds negative radiance ({image.texels.min():g}); clip it to zero.")
+        raise RefletError(
+            f"The environment holds negative radiance ({image.texels.min():g}); reflet convert --repair makes it 0."
+        )

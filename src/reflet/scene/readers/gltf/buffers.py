@@ -9,7 +9,7 @@ import meshopt
 import numpy as np
 from jaxtyping import UInt8
 
-from reflet.errors import RefletError
+from reflet.files.unreadable import unreadable
 from reflet.scene.readers.gltf.document import Document
 from reflet.scene.readers.gltf.values import DamagedError, JsonObject, extension, index_or_none, text, whole
 from reflet.scene.readers.resources import find_resource
@@ -91,9 +91,7 @@ class Buffers:
         try:
             return target.read_bytes()
         except OSError as error:
-            raise RefletError(
-                f"{self._document.path} refers to {target}, which cannot be read ({error.strerror}); make it readable."
-            ) from error
+            raise unreadable(target, error) from error
 
     def image(self, index: int) -> bytes:
         """The encoded bytes of an image."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from reflet.errors import RefletError
+from reflet.files.unreadable import unreadable
 from reflet.scene.readers.gltf.values import DamagedError, JsonObject, child, json_object
 
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
@@ -30,7 +31,7 @@ def read_container(path: Path) -> Container:
     try:
         data = memoryview(path.read_bytes())
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror or error}); check the name.") from error
+        raise unreadable(path, error) from error
     if bytes(data[:4]) == _MAGIC:
         version = int.from_bytes(data[4:8], "little")
         if version == 1:
