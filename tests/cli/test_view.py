@@ -1,6 +1,7 @@
 """``reflet view`` with a mesh: what it writes and serves, and what it refuses."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,22 @@ def viewer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def extension(folder: Path) -> dict:
     """What the exported scene says beyond glTF."""
     return json.loads((folder / "scene/scene.gltf").read_bytes())["extensions"][static_files.SHADED_EXTENSION]
+
+
+def test_the_command_says_how_an_exported_page_is_looked_at(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a command that can be pasted and works: of an exported page, `reflet view` shows the scene in it."""
+    site = tmp_path / "my site"
+    assert reflet("view", "sphere", "--material", "gooch", "--export", site) == 0
+    said = capsys.readouterr().out
+    assert f"{site}/index.html is written" in said and "opened as a file it draws nothing" in said
+    *_, last = said.splitlines()
+    command = shlex.split(last.partition("Look at it with: ")[2])
+    assert command == ["reflet", "view", str(site)]
+    monkeypatch.setattr("reflet.view.server.serve", lambda folder, **_: print(static_files.scene_folder(folder)))
+    assert reflet(*command[1:]) == 0
+    assert capsys.readouterr().out == f"{site}/scene\n"
 
 
 def test_export_of_a_mesh_in_an_environment(environment: Path, tmp_path: Path) -> None:

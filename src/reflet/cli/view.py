@@ -1,5 +1,6 @@
 """``reflet view``."""
 
+import shlex
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -26,6 +27,13 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
     "--export", "out", type=click.Path(path_type=Path), help="Write a page for any web host into this folder."
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on this machine; 0 takes a free one.")
+@click.option(
+    "--host",
+    "hosts",
+    multiple=True,
+    metavar="NAME|ADDRESS",
+    help="A name to answer to beside localhost, such as a proxy's, or the address to listen on, such as 0.0.0.0.",
+)
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 def view(
     scene: str,
@@ -40,10 +48,11 @@ def view(
     source_is: Parameterization | None,
     out: Path | None,
     port: int,
+    hosts: tuple[str, ...],
     no_browser: bool,
 ) -> None:
-    """Serves a PEM, or a MESH (a .glb, .gltf or .obj file, or sphere, torus, teapot) lit by ENV, and the viewer to this
-    machine alone, and opens the browser. Ctrl-C ends it.
+    """Serves a PEM, an exported page, or a MESH (a .glb, .gltf or .obj file, or sphere, torus, teapot) lit by ENV, and
+    the viewer to this machine alone, and opens the browser. Ctrl-C ends it.
 
     In the viewer material, colours, gloss, light and camera change at once: maps are filtered on the graphics device.
     Materials are those of reflet shade, but for gltf; without ENV, its drawings.
@@ -54,6 +63,8 @@ def view(
       reflet view teapot studio.hdr --material ggx:0.3 --metallic 1
       reflet view teapot studio.hdr --material table:satin.npz
       reflet view chair.glb studio.hdr --export site           a page to upload
+      reflet view site                                         the same, here
+      reflet view teapot --host hub.example.org                behind a proxy of that name
       reflet view teapot --material gooch+silhouette --material hatching
     """
     from reflet.errors import RefletError
@@ -64,9 +75,13 @@ def view(
 
     def show(folder: str | Path) -> None:
         if out is None:
-            serve(folder, port=port, open_browser=not no_browser, name=scene)
+            serve(folder, port=port, open_browser=not no_browser, name=scene, hosts=hosts)
         else:
-            click.echo(f"{export_viewer(folder, out)} is written.")
+            index = export_viewer(folder, out)
+            look = shlex.join(["reflet", "view", str(out)])
+            click.echo(
+                f"{index} is written, for a web server: opened as a file it draws nothing. Look at it with: {look}"
+            )
 
     if environment is None and not materials:
         if (scene in BUILT_IN and not Path(scene).exists()) or Path(scene).suffix.lower() in (".glb", ".obj"):

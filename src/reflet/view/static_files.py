@@ -20,7 +20,12 @@ def viewer_folder() -> Path:
 
 
 def scene_folder(folder: str | Path) -> Path:
-    """Folder of a PEM that opens, or of a shaded scene. Raises RefletError as `reflet.pem.reader.open_pem` does."""
+    """Folder of a PEM that opens, or of a shaded scene; of an exported page, that of the scene in it.
+
+    Raises RefletError as `reflet.pem.reader.open_pem` does.
+    """
+    if (Path(folder) / "index.html").is_file() and (Path(folder) / SCENE_FOLDER / layout.SCENE).is_file():
+        folder = Path(folder) / SCENE_FOLDER
     if not _is_shaded(Path(folder)):
         open_pem(folder)
     folder = Path(folder).absolute()
