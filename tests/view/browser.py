@@ -26,7 +26,12 @@ def need_built_viewer():
         built = (viewer_folder() / "index.html").stat().st_mtime
     except RefletError:
         pytest.skip("the viewer is not built; run: make web")
-    sources = [*ROOT.glob("web/src/**/*"), *ROOT.glob("src/reflet/shaders/*.wgsl")]
+    sources = [
+        ROOT / "web/index.html",
+        *ROOT.glob("web/public/*"),
+        *ROOT.glob("web/src/**/*"),
+        *ROOT.glob("src/reflet/shaders/*.wgsl"),
+    ]
     assert built > max(path.stat().st_mtime for path in sources), "the viewer is older than its sources; run: make web"
 
 

@@ -84,7 +84,15 @@ const COMPONENTS: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 
 export async function fetchFile(address: string, signal?: AbortSignal): Promise<Response> {
   const response = await fetch(address, signal ? { signal } : {}).catch((error: unknown) => {
     if (signal?.aborted) throw error;
-    throw new Error(`${address} cannot be reached.`);
+    const { protocol, origin } = new URL(address, document.baseURI);
+    if (protocol === "file:") {
+      throw new Error(
+        `${address} cannot be read: browsers let no page read files of the disk. Serve their folder, such as by: ` +
+          "python3 -m http.server",
+      );
+    }
+    const foreign = origin === location.origin ? "" : ", or that server does not let pages of others read it (CORS)";
+    throw new Error(`${address} cannot be reached${foreign}.`);
   });
   if (!response.ok) throw new Error(`${address} cannot be read: the server says ${response.status}.`);
   return response;
@@ -98,9 +106,9 @@ export interface SceneFile {
 }
 
 /** Fetches a scene.gltf. Rejects with one sentence where it is none. */
-export async function openSceneFile(address: string): Promise<SceneFile> {
+export async function openSceneFile(address: string, signal?: AbortSignal): Promise<SceneFile> {
   const base = new URL(address, document.baseURI);
-  const response = await fetchFile(base.href);
+  const response = await fetchFile(base.href, signal);
   const gltf: Document = await response.json().catch(() => {
     throw new Error(`${base.href} is truncated or no glTF file.`);
   });

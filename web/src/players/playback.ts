@@ -10,24 +10,22 @@ import { blendWeights, nearestSample, samplesByDistance } from "../maths/paramet
 import { Panel } from "../panels/panel";
 import { defaultSettings, type Settings } from "../panels/settings";
 import type { Pem } from "../scene/pem";
-import { canvasFor, type Listener, Player } from "./player";
+import { type Listener, Player } from "./player";
 
 export class Playback extends Player {
   readonly panel: Panel;
   protected readonly sampleCount: number;
   protected readonly tone: Settings;
   readonly settings = defaultSettings();
-  private readonly maps: ResidentMaps;
+  private maps!: ResidentMaps;
   private renderer!: Renderer;
 
-  private constructor(
+  constructor(
     canvas: HTMLCanvasElement,
-    context: GPUCanvasContext,
-    device: GPUDevice,
     private readonly pem: Pem,
     listener: Listener,
   ) {
-    super(canvas, context, device, pem, listener);
+    super(canvas, pem, listener);
     this.sampleCount = pem.sampleCount;
     this.tone = this.settings;
     this.panel = new Panel(
@@ -36,20 +34,22 @@ export class Playback extends Player {
       () => this.apply(),
       () => this.home(),
     );
-    this.maps = new ResidentMaps(
-      device,
-      pem,
-      (sample) => this.arrived(sample),
-      (message) => listener.failed(message),
-    );
   }
 
-  /** Ready to draw; nothing is drawn before `invalidate`. */
-  static async create(canvas: HTMLCanvasElement, device: GPUDevice, pem: Pem, listener: Listener): Promise<Playback> {
-    const { context, format } = canvasFor(canvas, device);
-    const playback = new Playback(canvas, context, device, pem, listener);
-    playback.renderer = await Renderer.create(device, pem, playback.maps, format);
-    return playback;
+  protected async prepare(device: GPUDevice, format: GPUTextureFormat): Promise<void> {
+    this.maps = new ResidentMaps(
+      device,
+      this.pem,
+      (sample) => this.arrived(sample),
+      (message) => this.listener.failed(message),
+    );
+    this.renderer = await Renderer.create(device, this.pem, this.maps, format);
+    this.apply();
+  }
+
+  override stop(): void {
+    if (this.started) this.maps.wish([]);
+    super.stop();
   }
 
   configure(settings: Partial<Settings>): void {

@@ -51,11 +51,11 @@ export abstract class Player {
   private coarseness = COARSEST;
   private frameMs = 0;
   private frameSize = "";
+  private device: GPUDevice | undefined; // while there is one
+  private pixels = { width: 0, height: 0 }; // of the device, that the canvas covers
 
   protected constructor(
     protected readonly canvas: HTMLCanvasElement,
-    private readonly context: GPUCanvasContext,
-    protected readonly device: GPUDevice,
     scene: Surroundings,
     protected readonly listener: Listener,
   ) {
@@ -68,11 +68,38 @@ export abstract class Player {
   abstract configure(settings: object): void;
   /** Whether all that the present view needs is here. */
   abstract get complete(): boolean;
+  /** Makes what draws on a device into a canvas of this format. */
+  protected abstract prepare(device: GPUDevice, format: GPUTextureFormat): Promise<void>;
   /** Draws four samples a pixel at once. Returns whether there was anything to draw. */
   protected abstract drawMultisampled(camera: Camera): boolean;
   protected abstract drawNextSample(camera: Camera, sampleCount: number, first: boolean): void;
   /** The first lines of what the panel says. */
   protected abstract facts(): string[];
+
+  /** Draws on this device from now on, what was drawn before on another; nothing is drawn before. */
+  async start(device: GPUDevice): Promise<void> {
+    const format = navigator.gpu.getPreferredCanvasFormat();
+    await this.prepare(device, format);
+    this.context.configure({ device, format, alphaMode: "opaque" });
+    this.device = device;
+    this.invalidate();
+  }
+
+  /** Draws no more: the device is lost or no longer wanted. */
+  stop(): void {
+    this.device = undefined;
+  }
+
+  /** Whether it draws. */
+  get started(): boolean {
+    return this.device !== undefined;
+  }
+
+  /** The canvas covers so many pixels of the device now: none where it is hidden. */
+  resize(width: number, height: number): void {
+    this.pixels = { width, height };
+    this.invalidate();
+  }
 
   get viewpoint(): ViewPoint {
     return { ...this.point };
@@ -107,9 +134,9 @@ export abstract class Player {
     this.wake();
   }
 
-  /** Whether the screen shows all that it should, with all sub-samples. */
+  /** Whether the screen shows all that it should, with all sub-samples: nothing, while it is hidden. */
   get settled(): boolean {
-    return this.complete && !this.changed && !this.refining;
+    return this.complete && (this.hidden || (!this.changed && !this.refining));
   }
 
   /** Draws the present view at another size: `samples` a pixel one by one, or four in one pass. */
@@ -117,7 +144,10 @@ export abstract class Player {
     const camera = this.camera(width, height);
     if (samples === "multisampled") this.drawMultisampled(camera);
     else for (let k = 0; k < samples; k++) this.drawNextSample(camera, samples, k === 0);
-    const reading = this.sum.read();
+    const { device } = this;
+    const reading = this.sum.read().catch((error: unknown) => {
+      throw device === this.device ? error : new Error("The graphics device was lost meanwhile; ask again.");
+    });
     this.invalidate(); // the sum of the picture on the screen is gone
     return { width, height, radiance: await reading };
   }
@@ -142,13 +172,18 @@ export abstract class Player {
   }
 
   protected fullSize(): { width: number; height: number } {
-    const { clientWidth, clientHeight } = this.canvas;
-    const pixels = clientWidth * clientHeight * devicePixelRatio ** 2;
-    const ratio = devicePixelRatio * Math.min(1, Math.sqrt(MOST_PIXELS / Math.max(pixels, 1)));
-    return {
-      width: Math.max(Math.round(clientWidth * ratio), 1),
-      height: Math.max(Math.round(clientHeight * ratio), 1),
-    };
+    const { width, height } = this.pixels;
+    const longest = this.device?.limits.maxTextureDimension2D ?? 1;
+    const ratio = Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)), longest / Math.max(width, height));
+    return { width: Math.max(Math.floor(width * ratio), 1), height: Math.max(Math.floor(height * ratio), 1) };
+  }
+
+  private get hidden(): boolean {
+    return this.pixels.width * this.pixels.height === 0;
+  }
+
+  private get context(): GPUCanvasContext {
+    return this.canvas.getContext("webgpu") as GPUCanvasContext;
   }
 
   protected tellStatus(): void {
@@ -180,6 +215,13 @@ export abstract class Player {
   }
 
   private async frame(): Promise<void> {
+    const { device } = this;
+    if (device && !this.hidden) await this.drawFrame(device).catch((error: unknown) => this.failed(device, error));
+    this.awake = false;
+    if (this.device && !this.hidden && (this.changed || this.refining)) this.wake();
+  }
+
+  private async drawFrame(device: GPUDevice): Promise<void> {
     const start = performance.now();
     const { changed } = this;
     if (changed) {
@@ -189,11 +231,16 @@ export abstract class Player {
     } else if (this.refining && start - this.lastChange >= REST_MS) {
       this.refine();
     }
-    await this.device.queue.onSubmittedWorkDone(); // never more than one frame ahead: input is answered at once
+    await device.queue.onSubmittedWorkDone(); // never more than one frame ahead: input is answered at once
+    if (device !== this.device) return;
     if (changed) this.measure(performance.now() - start);
     this.tellStatus();
-    this.awake = false;
-    if (this.changed || this.refining) this.wake();
+  }
+
+  /** What cannot be drawn is said, unless it is for want of a device. */
+  private failed(device: GPUDevice, error: unknown): void {
+    this.refining = false;
+    if (device === this.device) this.listener.failed(error instanceof Error ? error.message : String(error));
   }
 
   /** Adds one sub-sample of the pattern; shown as soon as there are as many as in motion. */
@@ -212,15 +259,4 @@ export abstract class Player {
     if (ms > SLOW_MS) this.coarseness = Math.min(2 * this.coarseness, COARSEST);
     else if (ms < FAST_MS) this.coarseness = Math.max(this.coarseness / 2, 1);
   }
-}
-
-/** The canvas as a place to draw on, and its format. */
-export function canvasFor(
-  canvas: HTMLCanvasElement,
-  device: GPUDevice,
-): { context: GPUCanvasContext; format: GPUTextureFormat } {
-  const context = canvas.getContext("webgpu") as GPUCanvasContext;
-  const format = navigator.gpu.getPreferredCanvasFormat();
-  context.configure({ device, format, alphaMode: "opaque" });
-  return { context, format };
 }

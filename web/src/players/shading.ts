@@ -9,7 +9,7 @@ import { MaterialPanel } from "../panels/material-panel";
 import type { ShadingSettings } from "../panels/shading-settings";
 import { firstLamp, type LampSettings, lampOf, wrapped } from "../scene/lamp";
 import type { ShadedScene } from "../scene/shaded-scene";
-import { canvasFor, type Listener, Player } from "./player";
+import { type Listener, Player } from "./player";
 
 const SAMPLES_AT_REST = 16;
 const CIRCLING_DEGREES_PER_MS = 0.03;
@@ -32,14 +32,12 @@ export class Shading extends Player {
   private renderer!: MaterialRenderer;
   private circled = 0; // when the lamp last moved by itself
 
-  private constructor(
+  constructor(
     canvas: HTMLCanvasElement,
-    context: GPUCanvasContext,
-    device: GPUDevice,
     private readonly scene: ShadedScene,
     listener: Listener,
   ) {
-    super(canvas, context, device, scene, listener);
+    super(canvas, scene, listener);
     this.settings = {
       material: scene.materials[0],
       turn: 0,
@@ -56,17 +54,8 @@ export class Shading extends Player {
     );
   }
 
-  /** Ready to draw; nothing is drawn before `invalidate`. */
-  static async create(
-    canvas: HTMLCanvasElement,
-    device: GPUDevice,
-    scene: ShadedScene,
-    listener: Listener,
-  ): Promise<Shading> {
-    const { context, format } = canvasFor(canvas, device);
-    const shading = new Shading(canvas, context, device, scene, listener);
-    shading.renderer = await MaterialRenderer.create(device, scene, format);
-    return shading;
+  protected async prepare(device: GPUDevice, format: GPUTextureFormat): Promise<void> {
+    this.renderer = await MaterialRenderer.create(device, this.scene, format);
   }
 
   configure({ lamp, ...settings }: Partial<Omit<ShadingSettings, "lamp">> & { lamp?: Partial<LampSettings> }): void {
