@@ -11,7 +11,7 @@ from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.meshes.corners import corner_tangents
 from reflet.scene.readers.gltf.read import read_gltf
-from reflet.scene.readers.obj import read_obj
+from reflet.scene.readers.obj.read import read_obj
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.views.framing import check_camera, frame_orbit
 

@@ -1,9 +1,13 @@
+import codecs
+import random
+import warnings
+
 import numpy as np
 import pytest
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.meshes.corners import crease_normals
-from reflet.scene.readers.obj import read_obj
+from reflet.scene.readers.obj.read import read_obj
 
 CUBE = """
 v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1
@@ -73,9 +77,321 @@ def test_missing_materials_are_mirrors_with_a_warning(tmp_path):
     assert part.material.metallic == 1.0
 
 
-@pytest.mark.parametrize("line", ["f 1 2 9", "f 0 1 2", "f 1 2 -7", "v 1 2", "v a b c", "f 1/x 2 3"])
-def test_broken_files_are_refused(tmp_path, line):
-    with pytest.raises(RefletError, match="no valid OBJ"):
-        read_obj(write(tmp_path, f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{line}\n"))
+def triangles(part):
+    return part.mesh.positions[part.mesh.triangles].astype(float)
+
+
+def area(part):
+    at = triangles(part)
+    return 0.5 * np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1).sum()
+
+
+def silently(read, *arguments):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return read(*arguments)
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+# one square each, as tools write it
+WRITTEN = {
+    "tabs": SQUARE.replace(" ", "\t") + "f\t1\t2\t3\t4\n",
+    "tabs and relative": SQUARE.replace(" ", "\t") + "f\t-4\t-3\t-2\t-1",
+    "blanks": "  v   0 0\t 0  \n\tv 1 0 0\nv 1 1 0\nv 0 1 0\nf  1  2\t\t3 4  \n",
+    "carriage returns": (SQUARE + "f 1 2 3 4").replace("\n", "\r"),
+    "both": (SQUARE + "f 1 2 3 4\n").replace("\n", "\r\n"),
+    "comments": SQUARE.replace("\n", " # a comment\n") + "# f 1 2 3\nf 1 2 3 4# all\n",
+    "a comment that ends in a path": "# C:\\models\\\n" + SQUARE + "f 1 2 3 4\n",
+    "continued": SQUARE.replace("1 1 0", "1 \\\n 1 \\\r\n0") + "f 1 2 \\\n3 4\n",
+    "weights": SQUARE.replace("1 1 0", "1 1 0 1.0") + "f 1 2 3 4\n",
+    "faces first": "f 1 2 3 4\n" + SQUARE,
+    "faces between": "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3 4\nv 0 1 0\n",
+    "numbers": "v .0 -0 +0.\nv 1e0 0e-5 0\nv 10d-1 .01e2 0\nv 0 1000000000000000000000e-21 0E+3\nf 1 2 3 4",
+    "explicit nothing": "vt 0 0\n" + SQUARE + "f 1// 2// 3// 4//\n",
+    "old outlines": SQUARE + "fo 1 2 3 4\n",
+    "zeros behind": SQUARE + "f 1 2 3 4\n\0\0\0",
+}
+
+
+@pytest.mark.parametrize("text", WRITTEN.values(), ids=WRITTEN)
+def test_every_way_of_writing_a_square(tmp_path, text):
+    (tmp_path / "a.obj").write_bytes(text.encode())
+    (part,) = silently(read_obj, tmp_path / "a.obj")
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    np.testing.assert_array_equal(triangles(part), corner[[[0, 1, 2], [0, 2, 3]]])
+    np.testing.assert_array_equal(part.mesh.normals, [[0, 0, 1]] * 4)
+
+
+@pytest.mark.parametrize(
+    ("mark", "encoding"),
+    [
+        (codecs.BOM_UTF8, "utf-8"),
+        (codecs.BOM_UTF16_LE, "utf-16-le"),
+        (codecs.BOM_UTF16_BE, "utf-16-be"),
+        (codecs.BOM_UTF32_LE, "utf-32-le"),
+        (b"", "utf-16-le"),
+    ],
+)
+def test_byte_order_marks_cost_neither_the_first_vertex_nor_the_library(tmp_path, mark, encoding):
+    (tmp_path / "stühle.mtl").write_bytes(mark + "newmtl größe\nKd 1 0 0\n".encode(encoding))
+    for first in ("mtllib stühle.mtl\n" + SQUARE, SQUARE + "mtllib stühle.mtl\n"):
+        (tmp_path / "a.obj").write_bytes(mark + (first + "usemtl größe\nf 1 2 3 4\n").encode(encoding))
+        (part,) = silently(read_obj, tmp_path / "a.obj")
+        assert area(part) == 1.0 and part.material.base_color == (1.0, 0.0, 0.0) and part.material.name == "größe"
+
+
+def test_latin_1_names_are_the_same_in_both_files(tmp_path):
+    (tmp_path / "m.mtl").write_bytes("newmtl größe\nKd 1 0 0\n".encode("latin-1"))
+    (tmp_path / "a.obj").write_bytes(("mtllib m.mtl\n" + SQUARE + "usemtl größe\nf 1 2 3\n").encode("latin-1"))
+    (part,) = silently(read_obj, tmp_path / "a.obj")
+    assert part.material.base_color == (1.0, 0.0, 0.0)
+
+
+def test_relative_indices_after_tabs_count_from_where_they_stand(tmp_path):
+    second = SQUARE.replace(" 0\n", " 5\n")
+    (part,) = read_obj(write(tmp_path, (SQUARE + "f -4 -3 -2 -1\n" + second + "f -4 -3 -2 -1\n").replace(" ", "\t")))
+    assert sorted(set(part.mesh.positions[:, 2])) == [0.0, 5.0] and area(part) == 2.0
+
+
+def test_lines_of_different_widths_in_one_file(tmp_path):
+    text = "v 0 0 0\nv 1 0 0 1\nv 1 1 0 .1 .2 .3\nv 0 1 0 1 .1 .2 .3\nvt 0.5\nvt 1 0.25\nvt 1 1 0\n"
+    with pytest.warns(RefletWarning, match=r"a.obj: vertex colours \(2\) are left out"):
+        (part,) = read_obj(write(tmp_path, text + "f 1/1 2/2 3/3\nf 1/1 3/3 4/2\n"))
+    assert area(part) == 1.0
+    np.testing.assert_array_equal(part.mesh.uv, [[0.5, 1], [1, 0.75], [1, 0], [1, 0.75]])
+
+
+def test_what_is_no_surface_is_left_out_and_counted(tmp_path):
+    text = SQUARE + "l 1 2\nl 2 3 4\np 1\nf 1 2\nf 1\nf\ncstype bezier\ncurv 0 1 1 2 3\nparm u 0 1\nend\nwhat 1 2\n"
+    with pytest.warns(RefletWarning) as caught:
+        (part,) = read_obj(write(tmp_path, text + "f 1 2 3 4\n"))
+    (warning,) = caught
+    for phrase in (
+        "lines (2)",
+        "points (1)",
+        "curves and free-form surfaces (1)",
+        "faces of fewer than three corners (3)",
+        'lines of unknown kind (1, the first is line 15, "what 1 2")',
+    ):
+        assert phrase in str(warning.message)
+    assert area(part) == 1.0
+
+
+def test_normals_and_coordinates_that_are_no_numbers(tmp_path):
+    """Exporters write them for faces without area: the rest of the file is good."""
+    text = SQUARE + "vn -nan -nan(ind) 0\nvn 0 0 1\nvt 1.#QNAN 0\nvt 1 1\nf 1/1/1 2/2/2 3/2/2 4/2/9\nf 1/7 2/7 3/7\n"
+    with pytest.warns(RefletWarning) as caught:
+        (part,) = read_obj(write(tmp_path, text))
+    said = str(caught[0].message)
+    for phrase in (
+        "normals that are no numbers (1)",
+        "texture coordinates that are no numbers (1)",
+        "texture coordinates that are not there (3 corners)",
+        "normals that are not there (1 corners)",
+    ):
+        assert phrase in said
+    np.testing.assert_array_equal(part.mesh.normals, np.tile([0.0, 0, 1], (len(part.mesh.normals), 1)))
+
+
+# -- polygons ----------------------------------------------------------------------------------------------------------
+
+L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+POLYGONS = {
+    "L": (L_SHAPE, 3.0),
+    "dart": ([(0, 0), (2, -1), (0.5, 0), (2, 1)], 0.5),
+    "arrow, tip second": ([(2, 1), (0, 0), (2, -1), (0.5, 0)], 0.5),
+    "comb": ([(0, 0), (7, 0), (7, 3), (6, 3), (6, 1), (5, 1), (5, 3), (4, 3), (4, 1), (3, 1), (3, 3), (0, 3)], 17.0),
+    "middle of an edge": ([(0, 0), (1, 0), (2, 0), (2, 2), (0, 2)], 4.0),
+    "middle of the first edge": ([(1, 0), (2, 0), (2, 2), (0, 2), (0, 0)], 4.0),
+    "quad with a middle": ([(1, 0), (2, 0), (0, 2), (0, 0)], 2.0),
+    "a corner twice": ([(0, 0), (2, 0), (2, 0), (2, 2), (0, 2)], 4.0),
+    "closed on the first": ([(0, 0), (2, 0), (2, 2), (0, 2), (0, 0)], 4.0),
+    "keyhole": ([(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)], 12.0),
+    "regular": ([(np.cos(a), np.sin(a)) for a in np.arange(1000) * np.pi / 500], 500 * np.sin(np.pi / 500)),
+}
+
+
+@pytest.mark.parametrize(("outline", "right"), POLYGONS.values(), ids=POLYGONS)
+@pytest.mark.parametrize("turned", [0, 1, 3])
+def test_areas_of_polygons(tmp_path, outline, right, turned):
+    """In any plane, in either winding and from any corner: the area, and every triangle faces the polygon's way."""
+    rotation = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    for backwards in (False, True):
+        corner = np.roll(outline[::-1] if backwards else outline, turned, axis=0)
+        at = np.column_stack([corner, np.zeros(len(corner))]) @ rotation.T
+        text = "\n".join("v {!r} {!r} {!r}".format(*p) for p in at.tolist()) + "\nf "
+        (part,) = silently(read_obj, write(tmp_path, text + " ".join(map(str, range(1, len(at) + 1)))))
+        assert area(part) == pytest.approx(right, rel=1e-5)  # positions are float32
+        front = rotation[:, 2] * (-1 if backwards else 1)
+        np.testing.assert_allclose(part.mesh.normals @ front, 1.0, atol=1e-6)
+
+
+def test_polygons_that_are_not_flat(tmp_path):
+    """A bent L: its triangles hang together along its outline, and none turns away from the mean of the surface."""
+    text = "".join(f"v {x} {y} {0.1 * x * y}\n" for x, y in L_SHAPE) + "f 1 2 3 4 5 6\n"
+    (part,) = silently(read_obj, write(tmp_path, text))
+    at = triangles(part)
+    normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    assert len(at) == 4 and (normal[:, 2] > 0.5).all() and 0.5 * normal[:, 2].sum() == pytest.approx(3.0, rel=1e-6)
+
+
+def test_polygons_that_cross_themselves_are_counted(tmp_path):
+    bow_tie = "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 2 0\nf 1 2 3 4\n"
+    with pytest.warns(RefletWarning, match=r"polygons that cross themselves \(1\)"):
+        read_obj(write(tmp_path, bow_tie))
+
+
+def test_uv_and_normals_go_with_the_corners_of_ears(tmp_path):
+    rows = "".join(f"v {x} {y} 0\nvt {x / 2} {y / 2}\n" for x, y in L_SHAPE)
+    (part,) = read_obj(write(tmp_path, rows + "f " + " ".join(f"{k}/{k}" for k in range(1, 7))))
+    expected = part.mesh.positions[:, :2] / 2.0 * (1.0, -1.0) + (0.0, 1.0)
+    np.testing.assert_array_equal(part.mesh.uv, expected)
+
+
+# -- smoothing ---------------------------------------------------------------------------------------------------------
+
+# two squares that meet along x = 1, the second one turned by 20°
+BENT = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.93969262 0 .34202014\nv 1.93969262 1 .34202014\n"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "smooth"),
+    [
+        ("", "", True),
+        ("s 1\n", "s 1\n", True),
+        ("s 1\n", "s 2\n", False),
+        ("s\t1\n", "s\toff\n", False),
+        ("s off\n", "s 0\n", False),
+        ("s 1 # one\n", "", True),
+        ("s on\n", "", True),
+        ("o a\n", "o b\n", False),
+        ("g a\ns 1\n", "g b\n", True),
+        ("usemtl a\n", "usemtl b\n", True),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*uses materials")
+def test_normals_are_smooth_within_groups_and_never_across(tmp_path, first, second, smooth):
+    parts = read_obj(write(tmp_path, BENT + first + "f 1 2 3 4\n" + second + "f 2 5 6 3\n"))
+    normals = np.concatenate([part.mesh.normals[part.mesh.positions[:, 0] == 1.0] for part in parts])
+    angles = np.degrees(np.arctan2(-normals[:, 0], normals[:, 2]))
+    # both squares have a right angle in the shared corners: the mean of their normals halves the turn
+    expected = {10.0} if smooth else {0.0, 20.0}
+    assert {round(angle, 4) for angle in angles.tolist()} == expected
+
+
+def test_a_group_is_smooth_over_sharp_edges_but_not_with_its_back(tmp_path):
+    roof = "v -1 0 0\nv 0 0 1\nv 0 1 1\nv -1 1 0\nv 1 0 0\nv 1 1 0\ns 3\nf 1 2 3 4\nf 2 5 6 3\n"
+    (part,) = read_obj(write(tmp_path, roof))  # its faces turn by 90°, more than the 60° without a group
+    np.testing.assert_allclose(part.mesh.normals[part.mesh.positions[:, 2] == 1.0], [[0, 0, 1]] * 2, atol=1e-6)
+    (part,) = read_obj(write(tmp_path, BENT + "s 1\nf 1 2 3 4\nf 2 5 6 3\nf 4 3 2 1\nf 3 6 5 2\n"))
+    at = triangles(part)
+    face = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    shading = part.mesh.normals[part.mesh.triangles]
+    assert (np.einsum("ti,tki->tk", face, shading) > 0.9).all()  # cos 10° = 0.985, and areas of 1/2 twice
+
+
+# -- names and materials -----------------------------------------------------------------------------------------------
+
+
+def test_a_file_that_says_the_same_again_and_again_is_one_part(tmp_path):
+    (part,) = read_obj(write(tmp_path, SQUARE + "g a\nf 1 2 3\ng b\ng a\nf 1 3 4\ng\n"))
+    assert part.name == "a" and len(part.mesh.triangles) == 2
+
+
+def test_names_lose_their_comments_but_not_their_numbers(tmp_path):
+    parts = read_obj(write(tmp_path, SQUARE + "o Box #1\nf 1 2 3\no\tBox #2 # the second\nf 1 3 4\n"))
+    assert [part.name for part in parts] == ["Box #1", "Box #2"]
+
+
+@pytest.mark.parametrize(
+    ("line", "reads"),
+    [
+        ("f 1 2 9", "which refers to a vertex that is not there"),
+        ("f 0 1 2", "but vertices are counted from 1"),
+        ("f 1 2 -7", "which counts back to before the first vertex"),
+        ("f 1 2 99999999999999999999", "which refers to a vertex that is not there"),
+        ("f 1/x 2 3", "where numbers of vertices were expected"),
+        ("f 1/1/1/1 2 3", "where numbers of vertices were expected"),
+        ("f 1.5 2 3", "where numbers of vertices were expected"),
+        ("f 1 2 x", "where numbers of vertices were expected"),
+        ("v 1 2", "which holds too few numbers"),
+        ("vn 1 2", "which holds too few numbers"),
+        ("vt", "which holds too few numbers"),
+        ("v a b c", "where numbers with decimal points were expected"),
+        ("v 1,5 2,5 3,5", "where numbers with decimal points were expected"),
+        ("v 1.5.2 2 3", "where numbers with decimal points were expected"),
+        ("vn 0 0 z", "where numbers with decimal points were expected"),
+        ("vt nan 0,5", "where numbers with decimal points were expected"),
+        ("v nan 0 0", "which is no finite number"),
+        ("v 0 -INF 0", "which is no finite number"),
+        ("v 0 0 1.#IND", "which is no finite number"),
+        ("v 1e39 0 0", "which is no finite number"),
+        ("v 1e99999999999 0 0", "which is no finite number"),
+    ],
+)
+def test_broken_files_are_refused(tmp_path, line, reads):
+    for newline in ("\n", "\r", "\r\n"):
+        text = f"v 0 0 0\nv 1 0 \\\n0\n# a\nv 0 1 0\nf 1 2 3\n{line}\nf 1 2 3\n".replace("\n", newline)
+        (tmp_path / "a.obj").write_bytes(text.encode())
+        with pytest.raises(RefletError) as caught:
+            read_obj(tmp_path / "a.obj")
+        said = f'a.obj is no valid OBJ file: line 7 reads "{line}", {reads}; export it again.'
+        assert str(caught.value).endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "holds no faces, only 0 vertices; export it with its surfaces as polygons."),
+        (SQUARE + "l 1 2\n", "holds no faces, only 4 vertices, 1 lines; export"),
+        (SQUARE + "p 1\nf 1 2\n", "holds no faces, only 4 vertices, 1 points, 1 faces of fewer than three corners;"),
+        ("<!DOCTYPE html>\n<html>", 'is no valid OBJ file: line 1 reads "<!DOCTYPE html>"; export it again.'),
+        ("\n\nversion https://git-lfs" + "x" * 900, 'line 3 reads "version https://git-lfsx.*…"; export'),
+    ],
+)
+def test_files_without_a_surface_are_refused(tmp_path, text, sentence):
+    with pytest.raises(RefletError, match=sentence):
+        read_obj(write(tmp_path, text))
     with pytest.raises(RefletError, match="cannot be read"):
         read_obj(tmp_path / "none.obj")
+    with pytest.raises(RefletError, match="cannot be read"):
+        read_obj(tmp_path)
+
+
+# -- whatever is written is read ---------------------------------------------------------------------------------------
+
+BLANKS = [" ", "  ", "\t", " \t ", " \\\n", "\t\\\r\n "]
+NEWLINES = ["\n", "\r\n", "\r", "\n\n", " \n", "\t# note\n", "#note \\\n"]
+
+
+def spelled(draw, x):
+    return draw.choice([repr(x), f"{x:.9e}", f"{x:+.12E}", f"{x:.9e}".replace("e", "d"), f"{x:.25f}"])
+
+
+def test_random_meshes_in_random_spelling_read_back_the_same(tmp_path):
+    for seed in range(200):
+        draw = random.Random(seed)
+        at = np.array([[draw.gauss(0, 1000) for _ in range(3)] for _ in range(draw.randint(3, 8))], np.float32)
+        uv = np.array([[draw.random() for _ in range(2)] for _ in range(draw.randint(1, 5))], np.float32)
+        faces = [draw.sample(range(len(at)), 3) for _ in range(draw.randint(1, 6))]
+        mapped = [draw.choices(range(len(uv)), k=3) for _ in faces]
+        lines = [["v", *(spelled(draw, x) for x in row), *draw.choice([[], ["1"]])] for row in at.tolist()]
+        lines += [["vt", *(spelled(draw, x) for x in row), *draw.choice([[], ["0"]])] for row in uv.tolist()]
+        for face, texture in zip(faces, mapped, strict=True):
+            if draw.random() < 0.5:
+                lines.append(["f", *(f"{k - len(at)}/{t - len(uv)}" for k, t in zip(face, texture, strict=True))])
+            else:
+                end = draw.choice(["", "/"])
+                lines.append(["f", *(f"{k + 1}/{t + 1}{end}" for k, t in zip(face, texture, strict=True))])
+        text = draw.choice(["", "\ufeff"])
+        for line in lines:
+            text += draw.choice(["", " ", "\t"]) + "".join(word + draw.choice(BLANKS) for word in line)
+            text += draw.choice(NEWLINES)
+        (tmp_path / "a.obj").write_bytes(text.encode())
+        (part,) = silently(read_obj, tmp_path / "a.obj")
+        # nine digits and more tell every float32, and the reader errs by less than half the way to the next one
+        np.testing.assert_array_equal(triangles(part), at[faces])
+        expected = (uv[mapped].astype(float) * (1.0, -1.0) + (0.0, 1.0)).astype(np.float32)
+        # v is taken from 1 before it is rounded: half a float32's step below 1, at ten digits either way
+        np.testing.assert_allclose(part.mesh.uv[part.mesh.triangles], expected, rtol=0, atol=6e-8)

@@ -10,7 +10,7 @@ from reflet.files.environment import read_environment
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf.read import read_gltf
-from reflet.scene.readers.obj import read_obj
+from reflet.scene.readers.obj.read import read_obj
 from reflet.scene.scene import Scene
 from reflet.scene.upright import upright
 

@@ -37,7 +37,7 @@ from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
 from reflet.scene.readers.gltf.read import read_gltf
-from reflet.scene.readers.obj import read_obj
+from reflet.scene.readers.obj.read import read_obj
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Vec3
 from reflet.scene.views.framing import ELEVATION_DEG, FOV_DEG

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, UnidentifiedImageError
 from PIL.PngImagePlugin import PngInfo
 
 from reflet.errors import RefletError
@@ -49,7 +49,12 @@ def decode_picture(data: bytes, name: str) -> UInt8[np.ndarray, "height width 4"
                 return np.dstack([grey, grey, grey, np.full_like(grey, 255)])
             return np.asarray(image.convert("RGBA"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise RefletError(f"{name} is not a readable picture ({error}); export it again as PNG.") from error
+        raise RefletError(f"{name} is not a readable picture ({_reason(error)}); export it again as PNG.") from error
+
+
+def _reason(error: Exception) -> str:
+    """Why a picture cannot be decoded. Where Pillow knows no format for it, its words are about an object in memory."""
+    return "of no known format" if isinstance(error, UnidentifiedImageError) else str(error)
 
 
 def read_picture(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height width 4"]:
@@ -98,7 +103,7 @@ def read_linear_picture_with_doubts(
                 doubts.append(f"{path} {problem}.")
             return _linear(np.asarray(upright)), tuple(doubts)
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
+        raise RefletError(f"{path} is not a readable picture ({_reason(error)}); export it again as PNG.") from error
 
 
 def _sixteen_bits(
@@ -112,7 +117,7 @@ def _sixteen_bits(
     try:
         pixels = imagecodecs.png_decode(data)
     except (RuntimeError, ValueError, MemoryError) as error:
-        raise RefletError(f"{path} is not a readable picture ({error}); export it again as PNG.") from error
+        raise RefletError(f"{path} is not a readable picture ({_reason(error)}); export it again as PNG.") from error
     pixels = pixels if pixels.ndim == 3 else pixels[..., None]
     return pixels if pixels.shape[2] >= 3 else np.concatenate([pixels[..., :1]] * 3 + [pixels[..., 1:]], -1)
 

@@ -6,9 +6,8 @@ of the texture coordinates) simply differs by row; `weld` then shares vertices w
 
 import numpy as np
 from jaxtyping import Float, Float32, Int, Integer
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from reflet.scene.meshes.compiled_corners import equal_rows, smooth_fans
 from reflet.scene.meshes.mesh import Mesh
 
 Corners3 = Float[np.ndarray, "corners 3"]
@@ -32,12 +31,9 @@ def _corner_angles(corners: Corners3) -> Float[np.ndarray, "corners"]:
 def unique_rows(rows: np.ndarray) -> tuple[Int[np.ndarray, "unique"], Int[np.ndarray, "rows"]]:
     """Index of the first of each set of bitwise equal rows, in order of appearance, and the set of every row."""
     packed = np.ascontiguousarray(rows + 0.0 if rows.dtype.kind == "f" else rows)  # + 0.0 turns -0.0 into 0.0
-    keys = packed.view(np.dtype((np.void, packed.dtype.itemsize * packed.shape[1]))).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order], rank[inverse]
+    if packed.dtype.itemsize % 4 or len(packed) >= 2**31:
+        raise ValueError(f"{len(packed)} rows of {packed.dtype} cannot be compared")
+    return equal_rows(packed.view(np.uint32).reshape(len(packed), packed.shape[1] * packed.itemsize // 4))
 
 
 def crease_normals(corners: Corners3, crease_deg: float) -> Corners3:
@@ -46,30 +42,13 @@ def crease_normals(corners: Corners3, crease_deg: float) -> Corners3:
     0 gives flat faces. Each normal is the mean, weighted by the corners' angles, of the faces that are joined over
     smooth edges around the point.
     """
-    normals, _ = face_normals(corners)
-    by_corner = np.repeat(normals, 3, axis=0)
     if crease_deg <= 0.0:
-        return by_corner
-    _, point = unique_rows(corners)
-    count = len(corners)
-    a = np.arange(count)
-    b = np.where(a % 3 == 2, a - 2, a + 1)  # edges run from each corner a to the triangle's next corner b
-    low, high = np.minimum(point[a], point[b]), np.maximum(point[a], point[b])
-    order = np.lexsort((high, low))
-    same = (low[order[1:]] == low[order[:-1]]) & (high[order[1:]] == high[order[:-1]])
-    e, f = order[:-1][same], order[1:][same]  # corners whose edges join the same two points
-    smooth = np.einsum("ei,ei->e", normals[e // 3], normals[f // 3]) > np.cos(np.radians(crease_deg))
-    e, f = e[smooth], f[smooth]
-    # faces wound alike run along a shared edge in opposite directions: a of one meets b of the other
-    opposite = point[a[e]] == point[b[f]]
-    start, end = np.where(opposite, b[f], f), np.where(opposite, f, b[f])
-    links = (np.concatenate([e, b[e]]), np.concatenate([start, end]))
-    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(count, count))
-    _, fan = connected_components(graph, directed=False)
-    weighted = by_corner * _corner_angles(corners)[:, None]
-    total = np.stack([np.bincount(fan, weighted[:, i]) for i in range(3)], axis=1)[fan]
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(length > 1e-12, total / np.maximum(length, 1e-12), by_corner)
+        return np.repeat(face_normals(corners)[0], 3, axis=0)
+    first, point = unique_rows(corners)
+    count = len(corners) // 3
+    limits = np.full(count, np.cos(np.radians(crease_deg)))
+    fan, normals = smooth_fans(point, corners[first].astype(np.float64), np.zeros(count, np.int32), limits)
+    return normals[fan]
 
 
 def corner_tangents(

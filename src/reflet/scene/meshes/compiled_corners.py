@@ -1,0 +1,194 @@
+"""What must be done corner by corner, compiled: equal rows found, and faces joined over smooth edges."""
+
+import numpy as np
+from jaxtyping import Float, Int32
+from numba import njit
+
+_NEAR = 8  # faces at one edge that are compared with one another; more of them only with the next ones
+
+
+@njit(cache=True)
+def _slot(words, row, table, first):
+    """Where a row is in the hash table, or the free place where it belongs."""
+    mixed = np.uint64(0x9E3779B97F4A7C15)
+    for k in range(words.shape[1]):
+        mixed = (mixed ^ np.uint64(words[row, k])) * np.uint64(0xFF51AFD7ED558CCD)
+        mixed ^= mixed >> np.uint64(32)
+    mask = np.uint64(len(table) - 1)
+    slot = mixed & mask
+    while table[slot] >= 0:
+        other, equal = first[table[slot]], True
+        for k in range(words.shape[1]):
+            if words[row, k] != words[other, k]:
+                equal = False
+                break
+        if equal:
+            break
+        slot = (slot + np.uint64(1)) & mask
+    return slot
+
+
+@njit(cache=True)
+def equal_rows(words):
+    """Of rows of 32-bit words: the first of each set of equal ones, in order of appearance, and the set of each row."""
+    count, members = 0, np.empty(len(words), np.int32)
+    first = np.empty(64, np.int32)
+    table = np.full(256, -1, np.int32)
+    for row in range(len(words)):
+        if count == len(first):  # at most half of the table is ever taken
+            larger = np.empty(2 * count, np.int32)
+            larger[:count] = first
+            first = larger
+            table = np.full(4 * len(first), -1, np.int32)
+            for known in range(count):
+                table[_slot(words, first[known], table, first)] = known
+        slot = _slot(words, row, table, first)
+        if table[slot] < 0:
+            table[slot] = count
+            first[count] = row
+            count += 1
+        members[row] = table[slot]
+    return first[:count].copy(), members
+
+
+@njit(cache=True)
+def _root(parent, corner):
+    while parent[corner] != corner:
+        parent[corner] = parent[parent[corner]]
+        corner = parent[corner]
+    return corner
+
+
+@njit(cache=True)
+def _corners_by_point(points, count):
+    """Corners sorted by their points, and where each point's begin."""
+    begin = np.zeros(count + 1, np.int64)
+    for c in range(len(points)):
+        begin[points[c] + 1] += 1
+    begin = np.cumsum(begin)
+    order, free = np.empty(len(points), np.int32), begin[:-1].copy()
+    for c in range(len(points)):
+        order[free[points[c]]] = c
+        free[points[c]] += 1
+    return order, begin
+
+
+@njit(cache=True)
+def _unit_normals(points, positions):
+    normals = np.zeros((len(points) // 3, 3))
+    for t in range(len(normals)):
+        a, b, c = positions[points[3 * t]], positions[points[3 * t + 1]], positions[points[3 * t + 2]]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        length = np.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            normals[t, 0], normals[t, 1], normals[t, 2] = x / length, y / length, z / length
+    return normals
+
+
+@njit(cache=True)
+def _angle(points, positions, corner):
+    """The angle of a triangle's corner, in radians."""
+    base, k = corner - corner % 3, corner % 3
+    at = positions[points[corner]]
+    p, q = positions[points[base + (k + 1) % 3]], positions[points[base + (k + 2) % 3]]
+    ux, uy, uz = p[0] - at[0], p[1] - at[1], p[2] - at[2]
+    vx, vy, vz = q[0] - at[0], q[1] - at[1], q[2] - at[2]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.arctan2(np.sqrt(x * x + y * y + z * z), ux * vx + uy * vy + uz * vz)
+
+
+@njit(cache=True)
+def _join(points, normals, labels, limits, order, begin):
+    """For each corner one of those it is joined with over smooth edges, the same for all of them."""
+    parent = np.arange(len(points)).astype(np.int32)
+    widest = 0
+    for point in range(len(begin) - 1):
+        widest = max(widest, begin[point + 1] - begin[point])
+    ends, corner_of = np.empty(2 * widest, np.int32), np.empty(2 * widest, np.int32)
+    for point in range(len(begin) - 1):
+        n = 0
+        for at in range(begin[point], begin[point + 1]):
+            corner = order[at]
+            base, k = corner - corner % 3, corner % 3
+            for side in (1, 2):  # the two edges that meet in the corner, by their other ends
+                ends[n], corner_of[n] = points[base + (k + side) % 3], corner
+                n += 1
+        by_end = _sorted(ends, n)
+        run = 0
+        for i in range(1, n):
+            if ends[by_end[i]] != ends[by_end[run]]:
+                run = i
+            c = corner_of[by_end[i]]
+            f = c // 3
+            for j in range(max(run, i - _NEAR), i):
+                d = corner_of[by_end[j]]
+                g = d // 3
+                turn = normals[f, 0] * normals[g, 0] + normals[f, 1] * normals[g, 1] + normals[f, 2] * normals[g, 2]
+                if labels[f] == labels[g] and turn > max(limits[f], limits[g]):
+                    parent[_root(parent, c)] = _root(parent, d)
+    return parent
+
+
+@njit(cache=True)
+def _sorted(keys, n):
+    """The order of the first ``n`` keys, equal ones as they come."""
+    if n > 64:
+        return np.argsort(keys[:n], kind="mergesort")
+    order = np.arange(n)
+    for i in range(1, n):
+        moved, j = order[i], i
+        while j > 0 and keys[order[j - 1]] > keys[moved]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = moved
+    return order
+
+
+@njit(cache=True)
+def _fans(points, positions, normals, parent):
+    """A number for each joined set of corners, and the unit mean of its faces' normals, weighted by the angles."""
+    fan, count = np.full(len(points), -1, np.int32), 0
+    for c in range(len(points)):
+        root = _root(parent, c)
+        if fan[root] < 0:
+            fan[root] = count
+            count += 1
+        fan[c] = fan[root]
+    total = np.zeros((count, 3))
+    for c in range(len(points)):
+        weight = _angle(points, positions, c)
+        for k in range(3):
+            total[fan[c], k] += weight * normals[c // 3, k]
+    extra = 0
+    for c in range(len(points)):
+        extra += np.sqrt(np.sum(total[fan[c]] ** 2)) <= 1e-12
+    means = np.zeros((count + extra, 3))
+    for f in range(count):
+        length = np.sqrt(np.sum(total[f] ** 2))
+        means[f] = total[f] / length if length > 1e-12 else total[f]
+    for c in range(len(points)):
+        if np.sqrt(np.sum(total[fan[c]] ** 2)) <= 1e-12:  # faces that cancel each other keep their own normals
+            fan[c] = count
+            means[count] = normals[c // 3]
+            count += 1
+    return fan, means
+
+
+def smooth_fans(
+    points: Int32[np.ndarray, "corners"],
+    positions: Float[np.ndarray, "points 3"],
+    labels: Int32[np.ndarray, "triangles"],
+    limits: Float[np.ndarray, "triangles"],
+) -> tuple[Int32[np.ndarray, "corners"], Float[np.ndarray, "fans 3"]]:
+    """The corners of triangles joined around their points: the fan of each corner, and each fan's unit normal.
+
+    ``points`` are indices into positions, three a triangle. Two faces are smooth over their common edge if their labels
+    are equal and the cosine of their turn exceeds both their limits. A normal is the mean of the fan's faces weighted
+    by the corners' angles; corners whose faces cancel each other have fans of their own, with their face's normal.
+    """
+    normals = _unit_normals(points, positions)
+    order, begin = _corners_by_point(points, len(positions))
+    parent = _join(points, normals, labels, limits, order, begin)
+    return _fans(points, positions, normals, parent)
