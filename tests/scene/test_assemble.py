@@ -51,9 +51,9 @@ def test_names_are_forced_whatever_their_case_and_with_stars():
 
 
 def test_names_become_unique():
-    names = ["a", "A", "a", "", "a_2"]
+    names = ["a", "A", "a", "", "a_2", "a", "a_2"]
     scene = assemble([Part(n, cube((3.0 * k, 0, 0)), MIRROR) for k, n in enumerate(names)], environment=SKY)
-    assert [part.name for part in scene.parts] == ["a", "A_2", "a_3", "part", "a_2_2"]
+    assert [part.name for part in scene.parts] == ["a", "A_2", "a_3", "part", "a_2_2", "a_4", "a_2_3"]
 
 
 def test_light_is_asked_for():
@@ -70,6 +70,14 @@ def test_what_touches_is_one_object(gap, objects):
     """Boxes 1 m wide whose corners are far from one another: crossing, touching, almost, and apart."""
     parts = [Part("a", cube(), MIRROR), Part("b", cube((1.0 + gap, 0.3, 0.2)), MIRROR)]
     assert len(assemble(parts, environment=SKY).objects) == objects
+
+
+def test_only_neighbours_are_looked_at_closely(monkeypatch):
+    """Instances come in thousands: of 30 cubes in a row, each a touch from the next, 29 pairs are worth a look."""
+    looked = []
+    monkeypatch.setattr("reflet.scene.assemble.touch", lambda a, b, tolerance: looked.append(tolerance) or False)
+    scene = assemble([Part("c", cube((1.01 * k, 0, 0)), MIRROR) for k in range(30)], environment=SKY)
+    assert len(looked) == 29 and len(scene.objects) == 30
 
 
 def test_touching_is_transitive_and_shells_of_one_part_stay_together():

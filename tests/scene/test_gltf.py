@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from gltf_files import (
@@ -6,6 +8,7 @@ from gltf_files import (
     SQUARE,
     TRIANGLE,
     UNSIGNED_BYTE,
+    UNSIGNED_INT,
     UNSIGNED_SHORT,
     Gltf,
     corners,
@@ -196,3 +199,25 @@ def test_broken_files_are_refused_in_one_sentence(tmp_path):
     (tmp_path / "text.gltf").write_text("nothing of the kind")
     with pytest.raises(RefletError):
         read_gltf(tmp_path / "text.gltf")
+
+
+def test_memory_stays_within_three_times_the_arrays_of_the_file(tmp_path):
+    """The file's bytes, the mesh, and blocks of rows in between: no float64 copy of the whole."""
+    size = 700
+    x, y = np.meshgrid(np.arange(size, dtype=np.float32), np.arange(size, dtype=np.float32))
+    gltf = Gltf().attribute("POSITION", np.stack([x, y, 0 * x], -1).reshape(-1, 3))
+    gltf.attribute("NORMAL", np.tile(np.float32([0, 0, 1]), (size * size, 1)))
+    i = np.arange(size * size, dtype=np.uint32).reshape(size, size)
+    a, b, c, d = i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]
+    triangles = np.stack([a, b, c, a, c, d], -1).reshape(-1)
+    gltf.primitive["indices"] = gltf.accessor(triangles, "SCALAR", UNSIGNED_INT)
+    gltf.json["nodes"][0]["scale"] = [-2, 2, 2]
+    (tmp_path / "a.glb").write_bytes(gltf.glb())
+    tracemalloc.start()
+    try:
+        mesh = only_mesh(read_gltf(tmp_path / "a.glb"))
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(mesh.triangles) == 2 * (size - 1) ** 2
+    assert peak < 3 * len(gltf.data)

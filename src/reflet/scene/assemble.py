@@ -93,12 +93,14 @@ def _checked(part: Part) -> Part | None:
 
 def _uniquely_named(parts: Sequence[Part]) -> list[Part]:
     taken: set[str] = set()
+    next_number: dict[str, int] = {}  # thousands of instances may share a name
     named = []
     for part in parts:
         base = part.name.strip() or "part"
-        name, number = base, 2
+        name, number = base, next_number.get(base.lower(), 2)
         while name.lower() in taken:
             name, number = f"{base}_{number}", number + 1
+        next_number[base.lower()] = number
         taken.add(name.lower())
         named.append(replace(part, name=name))
     return named
@@ -138,10 +140,15 @@ def _emits(part: Part) -> bool:
 def _objects(parts: Sequence[Part]) -> tuple[ReflectiveObject, ...]:
     reflective = [p for p, part in enumerate(parts) if part.reflective]
     group = {p: p for p in reflective}
-    diagonal = {p: float(np.linalg.norm(np.ptp(parts[p].mesh.positions, axis=0))) for p in reflective}
+    low = np.array([parts[p].mesh.positions.min(axis=0) for p in reflective], np.float64)
+    high = np.array([parts[p].mesh.positions.max(axis=0) for p in reflective], np.float64)
+    diagonal = np.linalg.norm(high - low, axis=-1)
     for i, p in enumerate(reflective):
-        for q in reflective[i + 1 :]:
-            tolerance = TOUCHING * min(diagonal[p], diagonal[q])
+        tolerances = TOUCHING * np.minimum(diagonal[i], diagonal[i + 1 :])
+        # of thousands of parts only those whose boxes come close are looked at
+        gap = np.maximum(low[i + 1 :] - high[i], low[i] - high[i + 1 :]).max(axis=-1)
+        for near in np.flatnonzero(gap <= 1.01 * tolerances).tolist():
+            q, tolerance = reflective[i + 1 + near], float(tolerances[near])
             if group[p] != group[q] and touch(parts[p].mesh, parts[q].mesh, tolerance):
                 group = {r: group[p] if g == group[q] else g for r, g in group.items()}
     objects = []

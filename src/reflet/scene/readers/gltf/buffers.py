@@ -72,7 +72,8 @@ class Buffers:
     def _buffer(self, index: int) -> Bytes:
         if index not in self._read:
             uri = self._document.item("buffers", index).get("uri")
-            data = self._document.blob if uri is None else self.resource(uri)
+            blob = self._document.blob if index == 0 else None
+            data = blob if uri is None else self.resource(uri)
             if data is None:
                 raise DamagedError(f"buffer {index} has neither a name nor a chunk of a .glb file behind it")
             self._read[index] = np.frombuffer(data, np.uint8)

@@ -70,7 +70,7 @@ class Materials:
             material = self._older(older, colors)
             alpha = numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[3]
         strength = number(extension(source, "KHR_materials_emissive_strength") or {}, "emissiveStrength", 1.0)
-        emission = np.maximum(numbers(source, "emissiveFactor", (0.0, 0.0, 0.0)), 0.0) * strength
+        emission = np.maximum(np.array(numbers(source, "emissiveFactor", (0.0, 0.0, 0.0))) * strength, 0.0)
         material = replace(
             material,
             name=name,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Integer
 
-_BLOCK = 65536
+_BLOCK = 16384
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from reflet.scene.meshes.corners import corner_tangents, crease_normals, weld
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.readers.gltf.pose import Vertices
 
-_BLOCK = 65536
+_BLOCK = 16384
 
 
 def surface(
