@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +148,37 @@ def test_join_gives_the_sky_back(tmp_path: Path, to: str) -> None:
     direction, valid = image.parameterization.texel_directions(image.size)
     # The outermost 1.5 pixels, of 2 degrees each, are continued, where alpha is at most 0.15: 0.15·0.026·0.5.
     assert np.abs(image.texels - sky(direction))[valid].max() < 3e-3
+
+
+@pytest.mark.parametrize("arrangement", ["beside", "below", "circles"])
+def test_join_takes_one_picture_of_two_circles(tmp_path: Path, arrangement: str) -> None:
+    """What 360° cameras write, and two circles anywhere in a picture."""
+    circles = [read_exr(path) for path in fisheyes(tmp_path)]
+    at = (np.arange(96) + 0.5) / 48 - 1.0
+    outside = np.hypot(at, at[:, None]) > 1.0
+    for circle in circles:
+        circle[outside] = 0.0
+    out, more = tmp_path / "joined.exr", []
+    if arrangement == "circles":
+        both = np.concatenate([circles[1], np.zeros((96, 20, 3), np.float32), circles[0]], 1)
+        more = ["--circle", "164,48,48", "--back-circle", "48,48,48"]
+    else:
+        both = np.concatenate(circles, 1 if arrangement == "beside" else 0)
+    write_exr(tmp_path / "both.exr", both)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert reflet("join", tmp_path / "both.exr", "--fov", "190", "--to", "cube", *more, "-o", out) == 0
+    image = read_env_image(out)
+    assert np.abs(image.texels - sky(image.parameterization.texel_directions(image.size)[0])).max() < 3e-3  # as above
+
+
+def test_join_says_what_it_doubts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A lat-long map is no picture of two circles, and eight bits cut lamps."""
+    Image.fromarray(np.full((32, 64, 3), 255, np.uint8)).save(tmp_path / "both.png")
+    assert reflet("join", tmp_path / "both.png", "-o", tmp_path / "out.exr") == 0
+    said = capsys.readouterr().err
+    assert "is taken for two circles beside each other, though it is not dark in the corners" in said
+    assert "holds no radiance above 1: 100 % of its light is there" in said
 
 
 def test_join_turns_the_back_camera(tmp_path: Path) -> None:

@@ -23,7 +23,12 @@ from reflet.envmap.resampling.projections import PROJECTIONS
 )
 @click.option("--fov", type=float, help="Degrees across the circle; by default 180, for a mirror ball 360.")
 @click.option("--circle", type=Vector(), metavar="X,Y,R", help="Middle and radius of the circle in pixels.")
-@click.option("--back-circle", type=Vector(), metavar="X,Y,R", help="The same in BACK, where it differs.")
+@click.option(
+    "--back-circle",
+    type=Vector(),
+    metavar="X,Y,R",
+    help="The same in BACK, where it differs, or of the other circle in FRONT.",
+)
 @click.option(
     "--back-turn",
     type=Vector(),
@@ -55,14 +60,16 @@ def join(
 ) -> None:
     """Joins two round pictures that were taken back to back; alpha between 0 and 1 hides the border.
 
-    The middle of FRONT becomes +z. A mirror is photographed from the side it shows: FRONT from +z. Without BACK, FRONT
-    is mirrored for the other half.
+    The middle of FRONT becomes +z. A mirror is photographed from the side it shows: FRONT from +z. Without BACK, a
+    FRONT of 2:1 or 1:2 holds both circles, that of the front left or above, as 360° cameras write them (elsewhere:
+    --circle and --back-circle); any other is mirrored for the other half.
 
     \b
     Examples:
       reflet join front.jpg back.jpg --fov 190 -o room.exr
       reflet join front.exr back.exr --fov 195 --blend 6 --balance --to latlong -o room.hdr
       reflet join ball1.hdr ball2.hdr --projection mirror_ball --blend 20 --circle 1024,1030,980 -o probe.exr
+      reflet join camera360.jpg --fov 195 --to latlong -o room.exr
       reflet join sky.jpg -o sky.exr
     """
     from reflet.pipelines.join import camera_turn

@@ -115,10 +115,7 @@ def _read(
         levels = tuple(replace(level, texels=np.ascontiguousarray(level.texels[..., :3])) for level in levels)
     clipped = share_of_light(levels[0], at_least=most) if math.isfinite(most) else 0.0
     if clipped > 0.0:
-        doubts.append(
-            f"{path} holds no radiance above {most:g}: {100.0 * clipped:.3g} % of its light is there and may have been "
-            "brighter; lamps and the sun are cut."
-        )
+        doubts.append(clipped_sentence(path, most, clipped))
     out = []
     for number, level in enumerate(levels):
         sound, said = _sound(path, level, repair)

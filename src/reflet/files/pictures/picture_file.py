@@ -56,6 +56,14 @@ def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) ->
     return PictureFile(pixels, read_notes(path), doubts=doubts, most=1.0)
 
 
+def clipped_sentence(path: str | os.PathLike[str], most: float, share: float) -> str:
+    """What is said of a file of a format that ends at the radiance ``most``, where ``share`` of its light is."""
+    return (
+        f"{path} holds no radiance above {most:g}: {100.0 * share:.3g} % of its light is there and may have been "
+        "brighter; lamps and the sun are cut."
+    )
+
+
 def write_picture_file(
     path: Path,
     pixels: Float32[np.ndarray, "height width channels"],
