@@ -32,7 +32,14 @@ from reflet.files.file_facts import FileFacts
 from reflet.files.pictures.cube_layouts import as_seen_inside, layout_of, picture_from_faces
 from reflet.files.pictures.map_in_picture import NOTE, image_in_picture, kind_of_picture
 from reflet.files.pictures.openexr_layout import openexr_directions
-from reflet.files.pictures.picture_file import READ, WRITTEN, PictureFile, read_picture_file, write_picture_file
+from reflet.files.pictures.picture_file import (
+    READ,
+    WRITTEN,
+    PictureFile,
+    clipped_sentence,
+    read_picture_file,
+    write_picture_file,
+)
 from reflet.files.pictures.six_files import PLACEHOLDER, named_files, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
@@ -241,14 +248,15 @@ def write_env_image(
     px nx py ny pz nz. For .exr it may be "openexr": lat-long maps and cubes as OpenEXR lays them out, marked by its
     ``envmap`` attribute.
 
-    Raises RefletError where radiance is not finite, where the format cannot hold the map, and where a file cannot be
-    written.
+    Texels are linear radiance in floats of any width, of 3 channels or 4 with alpha, in any order in memory; integers
+    are refused, for they might be meant as sRGB. Raises RefletError for others, where radiance is not finite as
+    float32, where the format cannot hold the map, and where a file cannot be written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    for level in levels:
-        if not np.isfinite(level.texels).all():
-            raise RefletError(f"{path} cannot be written: the radiance is not finite everywhere.")
+    levels = [_as_float32(path, level) for level in levels]
+    if not levels:
+        raise RefletError(f"{path} cannot be written: there is no mip level to write.")
     if zstd and suffix != ".ktx2":
         raise RefletError(f"{path} cannot be packed by Zstandard; only .ktx2 can.")
     if suffix in _WRITERS:
@@ -266,8 +274,29 @@ def write_env_image(
     _write_picture(path, levels[0], layout, half=texel_format == "half")
 
 
+def _as_float32(path: Path, level: EnvImage) -> EnvImage:
+    """The level as files hold it, not copied where it is so already. Raises RefletError where it is no radiance."""
+    texels = np.asarray(level.texels)
+    if texels.dtype.kind != "f":
+        raise RefletError(
+            f"{path} cannot be written: a map's texels are linear radiance in floats, and {texels.dtype} came; decode "
+            "sRGB pictures first, as read_env_image does, or divide what is linear by its largest number."
+        )
+    if texels.ndim != 4 or texels.shape[3] not in (3, 4):
+        came = f"{texels.shape[3]} came" if texels.ndim == 4 else f"an array of shape {texels.shape} came"
+        raise RefletError(f"{path} cannot be written: texels have 3 channels, or 4 with alpha, and {came}.")
+    with np.errstate(over="ignore"):
+        texels = texels.astype(np.float32, copy=False)
+    if not np.isfinite(texels).all():
+        raise RefletError(
+            f"{path} cannot be written: the radiance is not finite everywhere as 32-bit floats; read it by "
+            "read_env_image(..., repair=True), or mend it by reflet convert --repair."
+        )
+    return replace(level, texels=texels)
+
+
 def _write_picture(path: Path, image: EnvImage, layout: str | None, *, half: bool) -> None:
-    texels = np.asarray(image.texels, np.float32)
+    texels = image.texels
     notes = {NOTE: image.parameterization.name}
     if PLACEHOLDER in path.name:
         if image.parameterization != CUBE or layout is not None:
@@ -278,7 +307,7 @@ def _write_picture(path: Path, image: EnvImage, layout: str | None, *, half: boo
     elif layout == "openexr":
         _write_openexr(path, image, half=half)
     else:
-        write_picture_file(path, picture_from_faces(EnvImage(image.parameterization, texels), layout), notes, half=half)
+        write_picture_file(path, picture_from_faces(image, layout), notes, half=half)
 
 
 def _write_openexr(path: Path, image: EnvImage, *, half: bool) -> None:

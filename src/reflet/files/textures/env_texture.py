@@ -41,6 +41,8 @@ def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", 
     channels = finest.texels.shape[3]
     if texel_format not in _FORMATS:
         raise RefletError(f"Texels are stored as {', '.join(_FORMATS)}; {texel_format} is none of them.")
+    if any(level.texels.shape[3] != channels for level in levels):
+        raise RefletError("Some mip levels have alpha and others have none; give all of them 3 channels, or 4.")
     if channels not in _FORMATS[texel_format]:
         raise RefletError(f"{texel_format} holds no alpha; store the map as half or float.")
     form = TEXEL_FORMATS[_FORMATS[texel_format][channels]]
