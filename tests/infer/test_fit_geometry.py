@@ -129,6 +129,6 @@ def test_the_least_ellipsoid_of_many_points_is_that_of_the_few_that_touch_it() -
     triangles = np.arange(8 + 4000).reshape(-1, 3).astype(np.uint32)
     positions = (unit * [0.3, 0.1, 0.2] + [1.0, 2.0, 3.0]).astype(np.float32)
     ellipsoid = bounding_ellipsoid(mirror_scene(Mesh(positions, np.zeros_like(positions), triangles)), (0,))
-    # 1e-3 is what the updates of the weights leave; float32 positions are exact to 1e-7 of 3 m
-    assert np.abs(np.divide(ellipsoid.radii, (0.306, 0.102, 0.204)) - 1.0).max() < 1e-3
+    # four hundred updates of the weights leave about 1/400 of what the points inside had; the margin is 2 %
+    assert np.abs(np.divide(ellipsoid.radii, (0.306, 0.102, 0.204)) - 1.0).max() < 2.5e-3
     assert np.abs(np.subtract(ellipsoid.centre, (1.0, 2.0, 3.0))).max() < 1e-4

@@ -69,8 +69,11 @@ def _checked(part: Part) -> Part | None:
         warnings.warn(dropped, RefletWarning, stacklevel=4)
     if not kept.any():
         return None
-    used, triangles = np.unique(mesh.triangles[kept], return_inverse=True)
-    triangles = triangles.reshape(-1, 3).astype(np.uint32)
+    triangles = mesh.triangles[kept]
+    seen = np.zeros(len(mesh.positions), bool)
+    seen[triangles] = True
+    used = np.flatnonzero(seen)
+    triangles = (np.cumsum(seen, dtype=np.uint32) - np.uint32(1))[triangles]
     vertex_normals = mesh.normals[used].astype(np.float64)
     length = np.linalg.norm(vertex_normals, axis=1)
     flat = length < 1e-6

@@ -4,6 +4,7 @@ All triangles form one mesh, so that a hit's primitive index is the scene's tria
 surface is a gather from a table: one kernel serves every material, and nothing of it is compiled per scene.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import mitsuba as mi
@@ -27,23 +28,21 @@ class DeviceScene:
         self.scene = scene
         meshes = [part.mesh for part in scene.parts]
         starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
-        positions = np.concatenate([mesh.positions for mesh in meshes])
-        zero_uv = [mesh.uv if mesh.uv is not None else np.zeros((len(mesh.positions), 2)) for mesh in meshes]
-        uv = np.concatenate(zero_uv)
+        self.positions = np.concatenate([mesh.positions for mesh in meshes])
+        uv = _attribute([mesh.uv for mesh in meshes], starts, 2)
         normals = np.concatenate([mesh.normals for mesh in meshes])
-        tangents = np.concatenate(
-            [mesh.tangents if mesh.tangents is not None else np.zeros((len(mesh.positions), 4)) for mesh in meshes]
-        )
-        self.positions = positions.astype(np.float32)
-        triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
-        self.triangles = np.concatenate(triangles).astype(np.uint32)
+        triangles = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts[:-1], strict=True)]
+        self.triangles = np.concatenate(triangles)
         self.part_of_triangle = np.repeat(np.arange(len(meshes), dtype=np.uint32), np.diff(scene.triangle_offsets))
         self.object_of_triangle = np.array(scene.object_of_part, np.int32)[self.part_of_triangle]
 
         self.corners = mi.UInt32(np.column_stack([self.triangles, self.part_of_triangle]).ravel())
-        self.position_u = _floats(np.column_stack([positions, uv[:, 0]]))
+        self.position_u = _floats(np.column_stack([self.positions, uv[:, 0]]))
         self.normal_v = _floats(np.column_stack([normals, uv[:, 1]]))
-        self.tangents = _floats(tangents)
+        # Asked for at triangles with normal maps alone.
+        self.tangents = _floats(
+            _attribute([mesh.tangents for mesh in meshes], starts if self.has_normal_maps else starts[:1], 4)
+        )
         self._upload_materials()
         self._upload_environment()
         self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
@@ -65,7 +64,7 @@ class DeviceScene:
     def set_irradiance(self, irradiance: IrradianceMap) -> None:
         """Take these mesh colours for all surfaces from now on."""
         self.radiosity_grid = mi.UInt32(np.column_stack([irradiance.resolution, irradiance.offset]).ravel())
-        self.radiosity = _floats(np.column_stack([irradiance.radiosity, np.zeros(len(irradiance.radiosity))]))
+        self.radiosity = _floats(np.pad(irradiance.radiosity, ((0, 0), (0, 1))))
 
     @cached_property
     def has_normal_maps(self) -> bool:
@@ -73,11 +72,14 @@ class DeviceScene:
         return any(part.material.normal_texture and part.mesh.tangents is not None for part in self.scene.parts)
 
     def _mesh(self, triangles: np.ndarray) -> "mi.Mesh":
-        used, renumbered = np.unique(triangles, return_inverse=True)
+        seen = np.zeros(len(self.positions), bool)
+        seen[triangles] = True
+        used = np.flatnonzero(seen)
+        renumbered = (np.cumsum(seen, dtype=np.uint32) - np.uint32(1))[triangles]
         mesh = mi.Mesh("mesh", len(used), len(triangles), has_vertex_normals=False, has_vertex_texcoords=False)
         parameters = mi.traverse(mesh)
         parameters["vertex_positions"] = self.positions[used].ravel()
-        parameters["faces"] = renumbered.astype(np.uint32).ravel()
+        parameters["faces"] = renumbered.ravel()
         parameters.update()
         return mesh
 
@@ -123,6 +125,16 @@ class DeviceScene:
         self.environment_size = (0, 0) if light is None else light.radiance.shape[:2]
         if light is not None:
             self.environment = _floats(np.dstack([light.radiance, np.zeros(light.radiance.shape[:2])]))
+
+
+def _attribute(parts: Sequence[np.ndarray | None], starts: np.ndarray, width: int) -> np.ndarray:
+    """An attribute of all vertices, zero in parts that lack it. Part k begins at ``starts[k]``, the last number is that
+    of all vertices."""
+    table = np.zeros((max(int(starts[-1]), 1), width), np.float32)
+    for values, start in zip(parts, starts[:-1], strict=False):
+        if values is not None:
+            table[start : start + len(values)] = values
+    return table
 
 
 def _floats(table: np.ndarray) -> "mi.Float":

@@ -17,35 +17,42 @@ def covered_pixels(
     Conservative: no touched pixel is missed. A triangle that reaches behind the camera counts as covering everything.
     """
     corner, dx, dy = camera.ray_basis()
-    offset = positions.astype(np.float64) - np.asarray(camera.position)
-    depth = offset @ camera.frame()[2]
-    ahead = np.where(depth > 0.0, depth, 1.0)
-    on_plane = offset / ahead[:, None] - corner
-    xy = np.stack([on_plane @ dx / (dx @ dx), on_plane @ dy / (dy @ dy)], -1)
+    across, down = dx / (dx @ dx), dy / (dy @ dy)
+    frame = np.stack([across, down, camera.frame()[2]])
     covered = np.zeros((camera.height, camera.width), np.bool_)
-    _cover(xy, depth, triangles.astype(np.int64), covered)
+    _cover(
+        np.asarray(camera.position, np.float64), frame, across @ corner, down @ corner, positions, triangles, covered
+    )
     return covered
 
 
 @njit(cache=True, error_model="numpy")
-def _cover(xy, depth, triangles, covered):  # type: ignore[no-untyped-def]
+def _cover(eye, frame, left_edge, top_edge, positions, triangles, covered):  # type: ignore[no-untyped-def]
     height, width = covered.shape
     slack = 1e-3  # pixels, far above rounding of float32 ray casts
+    xy = np.empty((3, 2))
     for k in range(len(triangles)):
-        a, b, c = triangles[k]
-        ahead = (depth[a] > 0.0) + (depth[b] > 0.0) + (depth[c] > 0.0)
+        ahead = 0
+        for c in range(3):
+            p = positions[triangles[k, c]]
+            x, y, z = p[0] - eye[0], p[1] - eye[1], p[2] - eye[2]
+            depth = frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z
+            if depth > 0.0:
+                ahead += 1
+                xy[c, 0] = (frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z) / depth - left_edge
+                xy[c, 1] = (frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z) / depth - top_edge
         if ahead == 0:
             continue
         if ahead < 3:
             covered[:] = True
             return
-        left = max(floor(min(xy[a, 0], xy[b, 0], xy[c, 0]) - slack), 0)
-        right = min(ceil(max(xy[a, 0], xy[b, 0], xy[c, 0]) + slack), width)
-        top = max(floor(min(xy[a, 1], xy[b, 1], xy[c, 1]) - slack), 0)
-        bottom = min(ceil(max(xy[a, 1], xy[b, 1], xy[c, 1]) + slack), height)
+        left = max(floor(min(xy[0, 0], xy[1, 0], xy[2, 0]) - slack), 0)
+        right = min(ceil(max(xy[0, 0], xy[1, 0], xy[2, 0]) + slack), width)
+        top = max(floor(min(xy[0, 1], xy[1, 1], xy[2, 1]) - slack), 0)
+        bottom = min(ceil(max(xy[0, 1], xy[1, 1], xy[2, 1]) + slack), height)
         for y in range(int(top), int(bottom)):
             for x in range(int(left), int(right)):
-                if not covered[y, x] and _touches(xy, a, b, c, x, y, slack):
+                if not covered[y, x] and _touches(xy, 0, 1, 2, x, y, slack):
                     covered[y, x] = True
 
 

@@ -51,7 +51,7 @@ def segmented_layers(
 
 def _object_rows(device: DeviceScene, rays: CameraRays, index: int) -> tuple[np.ndarray, ...]:
     """Rows of one object: pixel, part, `CHANNELS` means and coverage, by pixel and then part."""
-    pixels = candidates(device, rays.camera, device.object_of_triangle == index)
+    pixels = candidates(device, rays.camera, index)
     parts = np.array(device.scene.objects[index].parts, np.int32)
     slot_of_part = np.full(len(device.scene.parts), -1, np.int32)
     slot_of_part[parts] = np.arange(len(parts))

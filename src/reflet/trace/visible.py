@@ -17,19 +17,27 @@ from reflet.trace.sampling import LANES
 NOTHING = 0xFFFFFFFF
 
 
-def candidates(
-    device: DeviceScene, camera: Camera, chosen: Bool[np.ndarray, "triangles"]
-) -> Int32[np.ndarray, "pixels"]:
-    """Pixels that any of the chosen triangles may cover."""
-    covered = covered_pixels(camera, device.positions, device.triangles[chosen])
-    return np.flatnonzero(covered).astype(np.int32)
+def candidates(device: DeviceScene, camera: Camera, index: int) -> Int32[np.ndarray, "pixels"]:
+    """Pixels that one object may cover."""
+    return np.flatnonzero(_covered(device, camera, index)).astype(np.int32)
+
+
+def _covered(device: DeviceScene, camera: Camera, index: int) -> Bool[np.ndarray, "height width"]:
+    covered = np.zeros((camera.height, camera.width), np.bool_)
+    for part in device.scene.objects[index].parts:
+        first, end = device.scene.triangle_offsets[part : part + 2]
+        covered |= covered_pixels(camera, device.positions, device.triangles[first:end])
+    return covered
 
 
 def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> Visibility:
     """Which reflective triangle each sub-sample of the picture sees, at exactly the positions of `sample_positions`."""
     pattern = sample_positions(sample_count).astype(np.float32)
     px, py = mi.Float(pattern[:, 0]), mi.Float(pattern[:, 1])
-    pixels = candidates(device, camera, device.object_of_triangle >= 0)
+    covered = np.zeros((camera.height, camera.width), np.bool_)
+    for index in range(len(device.scene.objects)):
+        covered |= _covered(device, camera, index)
+    pixels = np.flatnonzero(covered).astype(np.int32)
     rays = CameraRays(camera, sample_count)
     found = []
     for start in range(0, len(pixels), LANES // sample_count):

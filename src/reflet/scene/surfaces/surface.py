@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import floor, sqrt
 
 import numpy as np
-from jaxtyping import Float32, Int32, UInt8
+from jaxtyping import Float32, Int32, Int64, UInt8, UInt32
 from numba import njit, prange
 
 from reflet.scene.scene import Scene
@@ -39,11 +39,11 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     pixel, triangle = visibility.pixel[order], visibility.triangle[order]
     pattern = sample_positions(visibility.sample_count)[visibility.sub_sample[order]]
     xy = np.stack([pixel % camera.width, pixel // camera.width], -1) + pattern
-    surface = _surface(scene)
+    surface, seen = _surface(scene, triangle)
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
     _mirror(
-        np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, triangle.astype(np.int64),
+        np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, seen,
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
         surface.texels, surface.textures, position, direction,
     )  # fmt: skip
@@ -55,7 +55,7 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
 
 @dataclass(frozen=True)
 class _Surface:
-    """Corners of all triangles of the scene, and their normal maps.
+    """Corners of those triangles of the scene that a picture sees, and their normal maps.
 
     ``texture`` is a triangle's normal map, -1 for none; ``textures`` holds (offset into texels, width, height, clamp).
     """
@@ -70,9 +70,14 @@ class _Surface:
     textures: Int32[np.ndarray, "textures 4"]
 
 
-def _surface(scene: Scene) -> _Surface:
-    """Only reflective parts are filled in; the others' triangles are never asked for."""
-    count = scene.triangle_offsets[-1]
+def _surface(scene: Scene, triangle: UInt32[np.ndarray, "samples"]) -> tuple[_Surface, Int64[np.ndarray, "samples"]]:
+    """The triangles, all of reflective parts, that samples see, and which of them each sample sees."""
+    seen = np.zeros(scene.triangle_offsets[-1], bool)
+    seen[triangle] = True
+    number = np.cumsum(seen) - 1
+    chosen = np.flatnonzero(seen)
+    bounds = np.searchsorted(chosen, scene.triangle_offsets)
+    count = len(chosen)
     mapped = any(part.reflective and part.material.normal_texture is not None for part in scene.parts)
     positions, normals = np.zeros((count, 3, 3), np.float32), np.zeros((count, 3, 3), np.float32)
     uv = np.zeros((count if mapped else 0, 3, 2), np.float32)
@@ -80,19 +85,22 @@ def _surface(scene: Scene) -> _Surface:
     texture, scale = np.full(count, -1, np.int32), np.zeros(count, np.float32)
     texels, textures, offset = [np.zeros((1, 4), np.uint8)], [np.zeros(4, np.int32)], 1
     for i, part in enumerate(scene.parts):
-        if not part.reflective:
+        span = slice(bounds[i], bounds[i + 1])
+        if bounds[i] == bounds[i + 1]:
             continue
-        mesh, span = part.mesh, slice(scene.triangle_offsets[i], scene.triangle_offsets[i + 1])
-        positions[span], normals[span] = mesh.positions[mesh.triangles], mesh.normals[mesh.triangles]
+        mesh = part.mesh
+        corners = mesh.triangles[chosen[span] - scene.triangle_offsets[i]]
+        positions[span], normals[span] = mesh.positions[corners], mesh.normals[corners]
         image = part.material.normal_texture
         if image is not None and mesh.uv is not None and mesh.tangents is not None:
-            uv[span], tangents[span] = mesh.uv[mesh.triangles], mesh.tangents[mesh.triangles]
+            uv[span], tangents[span] = mesh.uv[corners], mesh.tangents[corners]
             texture[span], scale[span] = len(textures), part.material.normal_scale
             height, width = image.pixels.shape[:2]
             texels.append(image.pixels.reshape(-1, 4))
             textures.append(np.array([offset, width, height, image.clamp], np.int32))
             offset += width * height
-    return _Surface(positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures))
+    surface = _Surface(positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures))
+    return surface, number[triangle]
 
 
 @njit(cache=True, error_model="numpy")

@@ -116,13 +116,14 @@ def _point_on(device: DeviceScene, triangle, uv, active):  # type: ignore[no-unt
 
 
 def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
-    """Area times mean luminance of the emission, and area, of every triangle."""
-    corners = device.positions[device.triangles].astype(np.float64)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2.0
-    power = np.zeros(len(area))
+    """Area times mean luminance of the emission, and area, of every triangle that emits; zeros for the others."""
+    area, power = np.zeros(len(device.triangles)), np.zeros(len(device.triangles))
     emits = np.array([any(part.material.emission) for part in device.scene.parts])[device.part_of_triangle]
     lit = np.flatnonzero(emits).astype(np.uint32)
     if len(lit):
+        corners = device.positions[device.triangles[lit]].astype(np.float64)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area[lit] = np.linalg.norm(cross, axis=-1) / 2.0
         # Points of the R2 sequence, folded into the triangle.
         x, y = (np.arange(PROBES)[:, None] * [0.7548776662, 0.5698402910] + 0.5).T % 1.0
         x, y = np.where(x + y > 1.0, 1.0 - x, x), np.where(x + y > 1.0, 1.0 - y, y)

@@ -36,7 +36,8 @@ def trace_irradiance(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> IrradianceMap:
-    """Irradiance/π on all surfaces that show diffuse light, about ``budget`` samples of ``spp`` paths each.
+    """Irradiance/π on all surfaces that show diffuse light, about ``budget`` samples of ``spp`` paths each, or more
+    samples of as many paths in all where triangles are small.
 
     Each sample is the mean over its own cell of the triangle, which keeps shadows' edges smooth. Mirrors cast shadows
     and reflect light onto other surfaces; such caustics are clamped at `CAUSTIC_LIMIT` times the mean radiosity.
@@ -45,7 +46,9 @@ def trace_irradiance(
     """
     sites = sample_sites(device.scene, budget)
     gatherer = _Gatherer(device, sites, seed)
-    total = spp + MOST_PASSES * SETTLING_SPP
+    share = min(1.0, budget / max(len(sites.starts) - 1, 1))
+    spp, settling = max(round(spp * share), 1), max(round(SETTLING_SPP * share), 1)
+    total = spp + MOST_PASSES * settling
     report = progress or (lambda done, total: None)
     report(0, total)
     shared = np.zeros((len(sites.starts) - 1, 3), np.float32)
@@ -53,9 +56,9 @@ def trace_irradiance(
     limit = np.inf
     for done in range(1, MOST_PASSES + 1):
         gatherer.publish(shared)
-        shared = gatherer.gather(np.arange(SETTLING_SPP) + spp, limit)
+        shared = gatherer.gather(np.arange(settling) + spp, limit)
         mean = float(shared.mean(dtype=np.float64)) if len(shared) else 0.0
-        report(done * SETTLING_SPP, total)
+        report(done * settling, total)
         if abs(mean - previous) <= SETTLED * mean:
             break
         previous, limit = mean, CAUSTIC_LIMIT * mean
@@ -113,6 +116,7 @@ class _Gatherer:
 
         first = dr.gather(mi.UInt32, self.starts, site)
         alike = dr.gather(mi.UInt32, self.starts, site + 1) - first
+        alike = dr.maximum(alike, 1)  # lanes that fill a packet up gather zeros: the processor would divide by them
         sample = dr.gather(mi.UInt32, self.members, first + path % alike)
         triangle = dr.gather(mi.UInt32, self.triangle, sample)
         back = dr.gather(mi.UInt32, self.back, sample) != 0

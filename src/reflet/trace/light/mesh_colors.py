@@ -13,6 +13,9 @@ from reflet.scene.scene import Part, Scene
 FINEST = 512  # most samples along a triangle's edge
 ALIKE_POSITION = 1e-5  # samples closer than this share of the scene's size,
 ALIKE_NORMAL = 0.1  # whose unit normals differ by less than this in every component, are one
+MOST_SITES = 4  # times the budget: what triangles smaller than a picture's pixels may have of sites
+_NORMAL_STEPS = 2  # classes of normals that share a site, from 0 to 1 in every component
+_TRIALS = 20  # of a cell size; mostly three do
 
 
 @dataclass(frozen=True)
@@ -37,48 +40,104 @@ class SampleSites:
 def sample_sites(scene: Scene, budget: int) -> SampleSites:
     """Samples on all triangles that show diffuse light, about ``budget`` of them in all.
 
-    Their spacing grows with the distance from the reflective objects. Where triangles alone are more than the budget
-    allows, each has one sample at each of its corners, as triangles of reflective parts always have. Both sides of
-    double-sided triangles are sampled.
+    Their spacing grows with the distance from the reflective objects. Both sides of double-sided triangles are sampled.
+    Triangles smaller than the spacing, and those of reflective parts always, have one sample at each of their corners,
+    and triangles that meet share them. Where there are more than `MOST_SITES` budgets of such corners, neighbours in
+    cells of space share a site, the larger the farther from the reflective objects, so that the number of sites, and
+    with it the rays, is bounded however many triangles there are. About 120 bytes a triangle that shows diffuse light.
     """
-    corners = np.concatenate([p.mesh.positions[p.mesh.triangles] for p in scene.parts]).astype(np.float64)
-    normals = np.concatenate([p.mesh.normals[p.mesh.triangles] for p in scene.parts]).astype(np.float64)
-    sizes = [len(p.mesh.triangles) for p in scene.parts]
-    shows = np.repeat([_shows_diffuse(part) for part in scene.parts], sizes)
-    mirror = np.repeat([owner >= 0 for owner in scene.object_of_part], sizes)
-    sides = np.repeat([1 + part.material.double_sided for part in scene.parts], sizes)
-    resolution = _resolutions(corners, shows, mirror, sides, budget)
+    shows = np.repeat([_shows_diffuse(part) for part in scene.parts], np.diff(scene.triangle_offsets))
+    shown = np.flatnonzero(shows)
+    corners, normals, vertices, mirror, sides = _shown(scene)
+    ruler = _ruler(corners, mirror, scene)
+    fine = _resolutions(corners, mirror, sides, ruler, budget)
 
-    grid = np.where(resolution > 0, (resolution + 1) * (resolution + 2) // 2, 0)
+    grid = (fine + 1) * (fine + 2) // 2
     offset = np.concatenate([[0], np.cumsum(grid * sides)])
-    triangle = np.repeat(np.arange(len(resolution)), grid * sides)
-    entry = np.arange(offset[-1]) - offset[triangle]
-    back = entry >= grid[triangle]
-    i, j = _grid_point(entry - back * grid[triangle], resolution[triangle])
+    own = np.repeat(np.arange(len(shown), dtype=np.int32), grid * sides)  # of the shown triangles
+    entry = np.arange(offset[-1], dtype=np.int32) - offset[own].astype(np.int32)
+    back = entry >= grid[own]
+    i, j = _grid_point(entry - back * grid[own], fine[own])
+    site = _sites(corners, normals, vertices, ruler, fine, own, i, j, back, MOST_SITES * budget)
 
-    r = resolution[triangle]
-    weights = np.stack([r - i - j, i, j], -1) / r[:, None]
-    on_edge = (i == 0) | (j == 0) | (i + j == r)
-    position = np.einsum("sk,skc->sc", weights[on_edge], corners[triangle[on_edge]])
-    normal = np.einsum("sk,skc->sc", weights[on_edge], normals[triangle[on_edge]])
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-    normal *= np.where(back[on_edge], -1.0, 1.0)[:, None]
-    site = np.arange(len(triangle))
-    site[on_edge] = site[on_edge][_first_alike(position, normal)]
-    _, site = np.unique(site, return_inverse=True)
-    members = np.argsort(site, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(np.bincount(site))])
+    samples = np.arange(len(site), dtype=np.int32)
+    by_site = coo_matrix(
+        (np.ones(len(site), bool), (site, samples)), (int(site.max(initial=-1)) + 1, len(site))
+    ).tocsr()
+    resolution, first = np.zeros(len(shows), np.uint32), np.zeros(len(shows), np.uint32)
+    resolution[shown] = fine
+    counts = np.zeros(len(shows), np.int64)
+    counts[shown] = grid * sides
+    first[1:] = np.cumsum(counts)[:-1]
     return SampleSites(
-        resolution=resolution.astype(np.uint32),
-        offset=offset[:-1].astype(np.uint32),
-        triangle=triangle.astype(np.uint32),
+        resolution=resolution,
+        offset=first,
+        triangle=shown.astype(np.uint32)[own],
         i=i.astype(np.uint32),
         j=j.astype(np.uint32),
         back=back,
         site=site.astype(np.int32),
-        members=members.astype(np.uint32),
-        starts=starts.astype(np.uint32),
+        members=by_site.indices.astype(np.uint32),
+        starts=by_site.indptr.astype(np.uint32),
     )
+
+
+def _shown(scene: Scene) -> tuple[np.ndarray, ...]:
+    """Of all triangles that show diffuse light: corners, normals there, the scene's vertices (numbered through all
+    parts), whether they belong to an object, and how many sides are sampled."""
+    columns: list[tuple[np.ndarray, ...]] = []
+    first = 0
+    for part, owner in zip(scene.parts, scene.object_of_part, strict=True):
+        mesh, count = part.mesh, len(part.mesh.triangles)
+        if _shows_diffuse(part):
+            corners, normals = mesh.positions[mesh.triangles], mesh.normals[mesh.triangles]
+            mirror, sides = np.full(count, owner >= 0), np.full(count, 1 + part.material.double_sided, np.int32)
+            columns.append((corners, normals, mesh.triangles.astype(np.int64) + first, mirror, sides))
+        first += len(mesh.positions)
+    if not columns:
+        nothing = np.zeros((0, 3, 3), np.float32)
+        return nothing, nothing, np.zeros((0, 3), np.int64), np.zeros(0, bool), np.zeros(0, np.int32)
+    return tuple(np.concatenate(column) for column in zip(*columns, strict=True))
+
+
+def _sites(
+    corners: Float[np.ndarray, "triangles 3 3"],
+    normals: Float[np.ndarray, "triangles 3 3"],
+    vertices: Int[np.ndarray, "triangles 3"],
+    ruler: Float[np.ndarray, "triangles"],
+    resolution: Int[np.ndarray, "triangles"],
+    triangle: Int[np.ndarray, "samples"],
+    i: Int[np.ndarray, "samples"],
+    j: Int[np.ndarray, "samples"],
+    back: Bool[np.ndarray, "samples"],
+    most: int,
+) -> Int[np.ndarray, "samples"]:
+    """The site of each sample, numbered in the order of their first samples. At most about ``most`` sites hold the
+    samples on edges and corners of triangles."""
+    r = resolution[triangle]
+    site = np.arange(len(triangle))
+    # samples at one vertex are one
+    at_corner = np.flatnonzero((i == r) | (j == r) | ((i == 0) & (j == 0)))
+    corner = (i[at_corner] == r[at_corner]) + 2 * (j[at_corner] == r[at_corner])
+    vertex = 2 * vertices[triangle[at_corner], corner] + back[at_corner]
+    first = np.zeros(int(vertex.max(initial=0)) + 1, np.int64)
+    first[vertex[::-1]] = at_corner[::-1]
+    site[at_corner] = first[vertex]
+    # and those alike, of other triangles
+    k = np.flatnonzero(((i == 0) | (j == 0) | (i + j == r)) & (site == np.arange(len(site))))
+    t = triangle[k]
+    weights = np.stack([r[k] - i[k] - j[k], i[k], j[k]], -1) / r[k, None]
+    position = np.einsum("sk,skc->sc", weights, corners[t], dtype=np.float64)
+    normal = np.einsum("sk,skc->sc", weights, normals[t], dtype=np.float64)
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+    normal *= np.where(back[k], -1.0, 1.0)[:, None]
+    alike = _first_alike(position, normal) if len(k) <= most else _first_near(position, normal, ruler[t], most)
+    of_sample = np.arange(len(site))
+    of_sample[k] = k[alike]
+    chosen = of_sample[site]
+    used = np.zeros(len(site), bool)
+    used[chosen] = True
+    return (np.cumsum(used) - 1)[chosen]
 
 
 def _shows_diffuse(part: Part) -> bool:
@@ -88,33 +147,56 @@ def _shows_diffuse(part: Part) -> bool:
     return not black and not mirror_only
 
 
+def _ruler(
+    corners: Float[np.ndarray, "triangles 3 3"], mirror: Bool[np.ndarray, "triangles"], scene: Scene
+) -> Float[np.ndarray, "triangles"]:
+    """What spacing is measured in: the distance from the box around all reflective objects, at least half its
+    diagonal; 1 where nothing reflects."""
+    reflective = [
+        part.mesh.positions[part.mesh.triangles]
+        for part, o in zip(scene.parts, scene.object_of_part, strict=True)
+        if o >= 0
+    ]
+    if not reflective:
+        return np.ones(len(corners))
+    lower = np.min([mesh.min((0, 1)) for mesh in reflective], axis=0).astype(np.float64)
+    upper = np.max([mesh.max((0, 1)) for mesh in reflective], axis=0).astype(np.float64)
+    gap = np.maximum(np.maximum(lower - corners.max(1), corners.min(1) - upper), 0.0)
+    return np.maximum(np.linalg.norm(gap, axis=-1), np.linalg.norm(upper - lower) / 2.0)
+
+
 def _resolutions(
     corners: Float[np.ndarray, "triangles 3 3"],
-    shows: Bool[np.ndarray, "triangles"],
     mirror: Bool[np.ndarray, "triangles"],
     sides: Int[np.ndarray, "triangles"],
+    ruler: Float[np.ndarray, "triangles"],
     budget: int,
 ) -> Int[np.ndarray, "triangles"]:
-    """Samples along each triangle's edge: its longest edge over a spacing that keeps the budget."""
-    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(-1)
-    ruler = np.ones(len(corners))
-    if mirror.any():
-        lower, upper = corners[mirror].min((0, 1)), corners[mirror].max((0, 1))
-        gap = np.maximum(np.maximum(lower - corners.max(1), corners.min(1) - upper), 0.0)
-        ruler = np.maximum(np.linalg.norm(gap, axis=-1), np.linalg.norm(upper - lower) / 2.0)
+    """Samples along each triangle's edge: its longest edge over a spacing that keeps the budget.
 
-    def with_scale(scale: float) -> np.ndarray:
-        fine = np.clip(np.ceil(edge / ruler * scale), 1, FINEST).astype(np.int64)
-        return np.where(shows, np.where(mirror, 1, fine), 0)
+    Where samples at the corners alone would spend the budget, it is all for the triangles that have more than those.
+    """
+    edges = corners - np.roll(corners, 1, axis=1)
+    edge = np.sqrt(np.einsum("tki,tki->tk", edges, edges, dtype=np.float64).max(-1))
+    ratio = np.where(mirror, 0.0, edge / ruler)
+    spent = 3 * int(sides.sum()) > budget
+    # more triangles than that cannot have more samples than their corners'
+    largest = np.argpartition(ratio, -budget)[-budget:] if spent and len(ratio) > budget else slice(None)
+    large, large_sides = ratio[largest], sides[largest]
 
-    def count(resolution: np.ndarray) -> int:
-        return int(((resolution + 1) * (resolution + 2) // 2 * sides)[resolution > 0].sum())
+    def with_scale(ratio: np.ndarray, scale: float) -> np.ndarray:
+        return np.clip(np.ceil(ratio * scale), 1, FINEST).astype(np.int64)
+
+    def count(scale: float) -> int:
+        resolution = with_scale(large, scale)
+        samples = (resolution + 1) * (resolution + 2) // 2 * large_sides
+        return int(samples[resolution > 1].sum() if spent else samples.sum())
 
     low, high = 1e-6, 1e6
     for _ in range(60):
         middle = (low * high) ** 0.5
-        low, high = (middle, high) if count(with_scale(middle)) <= budget else (low, middle)
-    return with_scale(low)
+        low, high = (middle, high) if count(middle) <= budget else (low, middle)
+    return with_scale(ratio, low)
 
 
 def _grid_point(entry: np.ndarray, resolution: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -124,6 +206,29 @@ def _grid_point(entry: np.ndarray, resolution: np.ndarray) -> tuple[np.ndarray, 
     i += (i + 1) * (2 * resolution + 2 - i) // 2 <= entry  # rounding of the root, either way
     i -= i * (2 * resolution + 3 - i) // 2 > entry
     return i, entry - i * (2 * resolution + 3 - i) // 2
+
+
+def _first_near(position: np.ndarray, normal: np.ndarray, ruler: np.ndarray, most: int) -> np.ndarray:
+    """For each sample the first one in its cell: of space, as large as makes about ``most`` of them in all and in
+    proportion to the ``ruler``, rounded to powers of two; and of normals."""
+    _, level = np.frexp(ruler)
+    level -= level.min()
+    centred = (position - 0.5 * (position.min(axis=0) + position.max(axis=0))) / np.ldexp(1.0, level)[:, None]
+    facing = np.rint(normal * _NORMAL_STEPS).astype(np.int64) + _NORMAL_STEPS
+    kind = level.astype(np.int64)
+    for axis in range(3):
+        kind = kind * (2 * _NORMAL_STEPS + 1) + facing[:, axis]
+    size = max(float(np.abs(centred).max()), 1e-30) / np.sqrt(most)
+    for _ in range(_TRIALS):
+        cell = np.floor(centred / size).astype(np.int64)
+        cell -= cell.min(axis=0)
+        reach = cell.max(axis=0) + 1
+        key = ((kind * reach[0] + cell[:, 0]) * reach[1] + cell[:, 1]) * reach[2] + cell[:, 2]
+        _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+        if 0.8 * most <= len(first) <= most:
+            break
+        size *= np.sqrt(len(first) / (0.9 * most))
+    return first[inverse]
 
 
 def _first_alike(position: np.ndarray, normal: np.ndarray) -> np.ndarray:
