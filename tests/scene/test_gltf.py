@@ -174,8 +174,13 @@ def test_what_is_not_honoured_is_said_once_each_and_what_is_required_is_refused(
         "(1 of 2 nodes: lamp).",
     ]
     gltf.json["extensionsRequired"] = ["KHR_gaussian_splatting"]
-    with pytest.raises(RefletError, match="requires KHR_gaussian_splatting"):
+    with pytest.raises(RefletError, match=r"requires KHR_gaussian_splatting, .*; export it without"):
         gltf.read(tmp_path)
+    gltf.json["extensionsRequired"] = ["KHR_techniques_webgl"]
+    with pytest.raises(RefletError, match=r"convert it with: npx gltf-pipeline -i .*a\.gltf -o a-2\.gltf"):
+        gltf.read(tmp_path)
+    gltf.json["extensionsRequired"] = ["KHR_materials_unlit", "ACME_materials_velvet", "EXT_lights_ies"]
+    assert len(gltf.read(tmp_path)) == 1  # a mesh is a mesh without them
 
 
 def test_broken_files_are_refused_in_one_sentence(tmp_path):

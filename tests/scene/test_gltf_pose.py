@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from gltf_files import (
+    FLOAT,
     SHORT,
     TRIANGLE,
     UNSIGNED_BYTE,
@@ -110,6 +111,23 @@ def test_morph_targets_count_by_their_default_weights(tmp_path, of_mesh, of_node
     normal = np.array([share, 0, 1]) / np.hypot(share, 1)
     np.testing.assert_allclose(only_mesh(parts).normals, np.tile(normal, (3, 1)), atol=1e-6)
     assert words == []
+
+
+def test_accessors_without_a_view_are_zero(tmp_path):
+    """As exporters write targets that move nothing, alone or with a few sparse elements."""
+    gltf = Gltf().attribute("POSITION", TRIANGLE)
+    gltf.json["accessors"].append({"componentType": FLOAT, "count": 3, "type": "VEC3"})
+    gltf.primitive["targets"] = [{"POSITION": 1}]
+    gltf.json["meshes"][0]["weights"] = [1]
+    np.testing.assert_array_equal(corners(only_mesh(gltf.read(tmp_path)))[0], TRIANGLE)
+    places = gltf.view(np.array([2], np.uint8).tobytes())
+    values = gltf.view(np.float32([0, 0, 5]).tobytes())
+    gltf.json["accessors"][1]["sparse"] = {
+        "count": 1, "values": {"bufferView": values},
+        "indices": {"bufferView": places, "componentType": UNSIGNED_BYTE},
+    }  # fmt: skip
+    expected = TRIANGLE + np.float32([[0, 0, 0], [0, 0, 0], [0, 0, 5]])
+    np.testing.assert_array_equal(corners(only_mesh(gltf.read(tmp_path)))[0], expected)
 
 
 def test_morph_targets_move_before_joints_do(tmp_path):

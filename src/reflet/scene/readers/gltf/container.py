@@ -50,8 +50,12 @@ def read_container(path: Path) -> Container:
 
 
 def _version_one(path: Path) -> RefletError:
-    command = f"npx gltf-pipeline -i {shlex.quote(str(path))} -o {shlex.quote(path.stem + '-2' + path.suffix)}"
-    return RefletError(f"{path} is glTF 1.0, and reflet reads 2.0; convert it with: {command}")
+    return RefletError(f"{path} is glTF 1.0, and reflet reads 2.0; convert it with: {conversion(path)}")
+
+
+def conversion(path: Path) -> str:
+    """The command that turns an older file's document and looks into those of today."""
+    return shlex.join(["npx", "gltf-pipeline", "-i", str(path), "-o", f"{path.stem}-2{path.suffix}"])
 
 
 def _chunks(data: memoryview) -> tuple[memoryview, memoryview | None]:

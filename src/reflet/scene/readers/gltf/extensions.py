@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from reflet.errors import RefletError
+from reflet.scene.readers.gltf.container import conversion
 from reflet.scene.readers.gltf.document import Document
 from reflet.scene.readers.gltf.values import JsonObject, array, child, json_object, text
 
@@ -34,7 +35,9 @@ _HARMLESS = {  # these change nothing in a picture of the file as it stands
     "KHR_xmp_json_ld",
     "MSFT_lod",  # a node's own mesh is the finest
 }
+_CONVERTIBLE = {"KHR_blend", "KHR_materials_common", "KHR_techniques_webgl"}  # older looks, which gltf-pipeline turns
 _OPAQUE = "transparent surfaces are shown opaque"
+_LEFT_OUT = "what it adds is left out"
 _CONSEQUENCES = {
     "KHR_lights_punctual": "point, spot and directional lights are left out",
     "EXT_lights_image_based": "its environment is left out",
@@ -69,10 +72,15 @@ _KINDS = ("materials", "nodes", "meshes", "textures", "images", "scenes", "anima
 
 
 def check_required(root: JsonObject, path: Path) -> None:
-    """Raises RefletError for an extension that the file cannot do without and reflet cannot read."""
-    for name in array(root, "extensionsRequired"):
-        if name not in _HONOURED and name not in _HARMLESS and name not in _CONSEQUENCES:
-            raise RefletError(f"{path} requires {str(name)[:60]}, which reflet cannot read; export it without.")
+    """Raises RefletError for an extension that the file cannot do without and reflet cannot read.
+
+    Without the extensions of materials and lights a mesh is still a mesh: what they do is noted, and left out.
+    """
+    for name in map(str, array(root, "extensionsRequired")):
+        if name in _CONVERTIBLE:
+            raise RefletError(f"{path} requires {name}, which reflet cannot read; convert it with: {conversion(path)}")
+        if name not in _HONOURED | _HARMLESS and "_materials_" not in name and "_lights_" not in name:
+            raise RefletError(f"{path} requires {name[:60]}, which reflet cannot read; export it without.")
 
 
 def note_extensions(document: Document) -> None:
@@ -82,7 +90,7 @@ def note_extensions(document: Document) -> None:
             name = text(json_object(item, kind), "name") or f"number {index}"
             for used, value in _used(item):
                 if used not in _HONOURED and used not in _HARMLESS and not _has_no_effect(used, value):
-                    consequence = _CONSEQUENCES.get(used, "what it adds is left out")
+                    consequence = _CONSEQUENCES.get(used, _LEFT_OUT)
                     document.notes.add(f"{used} is not honoured: {consequence}", kind, index, name)
 
 
