@@ -1,5 +1,6 @@
 """Bad input gets one sentence on stderr and exit status 2."""
 
+import shlex
 from pathlib import Path
 
 import pytest
@@ -110,3 +111,49 @@ def test_ctrl_c_tells_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: pyte
         main(["bake", "my scene.glb", "--out", "pem"])
     assert stop.value.code == 130
     assert "reflet bake 'my scene.glb' --out pem --resume" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["empty.obj", "text.obj"])
+def test_a_mesh_without_triangles(capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("" if name == "empty.obj" else "hello\n")
+    said = refused(capsys, "shade", tmp_path / name, "sky.hdr", "--material", "gltf", "-o", tmp_path / "a.png")
+    assert "sky.hdr does not exist" in said  # light is read first
+    said = refused(capsys, "view", tmp_path / name, "--material", "gooch", "--no-browser")
+    assert said == f"reflet: {tmp_path / name} holds no triangles; export it with its meshes."
+
+
+def test_a_folder_where_a_file_is_meant_and_a_file_where_a_folder_is(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene_files: tuple[Path, Path]
+) -> None:
+    (tmp_path / "room.glb").mkdir()
+    (tmp_path / "file.exr").write_text("")
+    assert "room.glb is a folder" in bake(capsys, tmp_path / "room.glb", tmp_path / "out")
+    assert "neither a PEM nor six files" in refused(capsys, "info", tmp_path / "room.glb")
+    assert "it is a file" in refused(capsys, "verify", tmp_path / "file.exr")
+    assert "reflet view teapot" in refused(capsys, "view", tmp_path / "file.exr")
+    assert "does not exist" in refused(capsys, "compare", tmp_path / "nothing")
+    pasted = refused(capsys, "view", scene_files[1].rename(tmp_path / "my sky's.exr"))
+    (tmp_path / "my sky's.exr").rename(scene_files[1])
+    assert shlex.split(pasted.partition(": ")[2].rpartition("mesh: ")[2])[-1] == str(tmp_path / "my sky's.exr")
+
+
+def test_a_variant_that_is_not_there_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, scene_files: tuple[Path, Path]
+) -> None:
+    import mitsuba as mi
+
+    def missing(_: str) -> None:
+        raise ImportError("the CUDA backend hasn't been initialized")
+
+    monkeypatch.setattr(mi, "set_variant", missing)
+    light = ("--environment", scene_files[1])
+    said = bake(capsys, scene_files[0], tmp_path / "out", *light, "--variant", "cuda")
+    assert "NVIDIA" in said and "--variant llvm" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_usage_errors_are_sentences(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert refused(capsys, "join", "a.exr", "-o", "b.exr", "--circle", "1,2").endswith(
+        "not '1,2'. Try reflet join --help."
+    )
+    assert "table:FILE.npz" in refused(capsys, "prefilter", "a.exr", "--brdf", "table:", "-o", tmp_path / "out")

@@ -426,7 +426,7 @@ def test_more_that_cannot_be_written(tmp_path):
         ("map.hdr", [alpha], {}, "holds no alpha"),
         ("map.ktx2", [alpha], {"texel_format": "rgb9e5"}, "holds no alpha"),
         ("map.ktx2", [cube, cube], {}, "Mip level 1 should be half of level 0, not 8 rows"),
-        ("{face}.exr", [alpha], {}, "six files, which are for cubes"),
+        ("{face}.exr", [alpha], {}, "six files, which are a cube"),
         ("map.exr", [random_image(ANGULAR)], {"layout": "openexr"}, "cannot be laid out as OpenEXR does"),
     ):
         with pytest.raises(RefletError, match=said):
@@ -439,8 +439,8 @@ def test_more_that_cannot_be_written(tmp_path):
     [
         ("none.hdr", "does not exist"),
         ("none.exr", "does not exist"),
-        ("none.png", "cannot be read"),
-        ("none.ktx2", "cannot be read"),
+        ("none.png", "does not exist"),
+        ("none.ktx2", "does not exist"),
         ("map.txt", "no environment map that can be read"),
         ("text.ktx2", "neither a KTX nor a DDS file"),
         ("text.dds", "neither a KTX nor a DDS file"),

@@ -222,5 +222,5 @@ def test_a_missing_map_is_one_sentence_when_it_is_asked_for(folder):
 
 
 def test_a_folder_without_a_pem_is_one_sentence(tmp_path):
-    with pytest.raises(RefletError, match=r"holds no scene\.gltf"):
+    with pytest.raises(RefletError, match=r"nowhere does not exist"):
         open_pem(tmp_path / "nowhere")

@@ -30,9 +30,12 @@ def info(path: Path, source_is: Parameterization | None, layer: str | None) -> N
       reflet info satin.npz
     """
     if path.is_dir() and not _holds_a_cube(path):
+        from reflet.pem import layout
         from reflet.pem.container import open_pem
         from reflet.report.table import pem_table
 
+        if not any((path / name).exists() for name in (layout.SCENE, layout.PARAMETERS)):
+            raise RefletError(f"{path} holds neither a PEM nor six files of a cube; give one that does, or a file.")
         click.echo(pem_table(open_pem(path)))
     elif not path.suffix and not path.exists():
         raise RefletError(f"{path} does not exist; give a PEM's folder, or a file.")

@@ -95,7 +95,8 @@ def _sentence(error: BaseException) -> str:
     if isinstance(error, click.ClickException):
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "reflet"
-        return f"{error.format_message()} Try {command} --help."
+        message = error.format_message()
+        return f"{message}{'' if message.endswith(('.', '?')) else '.'} Try {command} --help."
     if isinstance(error, OSError) and error.errno in REASONS:  # of no file that was asked for
         place = error.filename or "What is printed, compiled functions (NUMBA_CACHE_DIR) or temporary files (TMPDIR)"
         return f"{place} cannot be written: {REASONS[error.errno]}."

@@ -97,6 +97,8 @@ def prefilter(
         elif brdf and brdf.startswith(TABLE) and output:
             from reflet.pipelines.brdf_maps import brdf_maps
 
+            if brdf == TABLE:
+                raise click.UsageError("Say which table: --brdf table:FILE.npz.")
             if (levels, layout, mips) != (None, None, None):
                 raise click.UsageError("A table's maps have neither levels nor a layout; leave these options out.")
             files = brdf_maps(

@@ -88,6 +88,9 @@ def view(
             raise RefletError(
                 f"The mesh {scene} needs an environment map after it, or a drawing, such as --material gooch."
             )
+        if Path(scene).is_file() and Path(scene).suffix.lower() not in (".gltf", ".xml"):
+            command = shlex.join(["reflet", "view", "teapot", scene])
+            raise RefletError(f"{scene} is no PEM's folder; an environment map is seen on a mesh: {command}")
         show(scene)
         return
     with TemporaryDirectory(prefix="reflet-view-") as folder:

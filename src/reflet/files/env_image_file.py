@@ -50,6 +50,7 @@ from reflet.files.textures.env_texture import (
     texture_from_levels,
 )
 from reflet.files.textures.texture import Texture
+from reflet.files.unreadable import unreadable
 
 _Path = str | os.PathLike[str]
 
@@ -211,11 +212,11 @@ def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None
         with path.open("rb") as file:
             head = file.read(12)
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+        raise unreadable(path, error) from error
     for identifier, reader in _READERS.items():
         if head.startswith(identifier):
             return reader
-    raise RefletError(f"{path} is neither a KTX nor a DDS file; it may be damaged or misnamed.")
+    raise RefletError(f"{path} is neither a KTX nor a DDS file; copy it again, or name it by what it is.")
 
 
 def _sound(path: Path, image: EnvImage, repair: bool) -> tuple[EnvImage, list[str]]:
@@ -270,7 +271,7 @@ def write_env_image(
     if len(levels) > 1:
         raise RefletError(f"{path} can hold one mip level, not {len(levels)}; leave them out or write .ktx2.")
     if texel_format not in (None, "float", "half") or (texel_format is not None and suffix != ".exr"):
-        raise RefletError(f"{path} cannot be stored as {texel_format}; leave that out.")
+        raise RefletError(f"{path} cannot be stored as {texel_format}; textures can, and .exr as float or half.")
     _write_picture(path, levels[0], layout, half=texel_format == "half")
 
 
@@ -299,8 +300,12 @@ def _write_picture(path: Path, image: EnvImage, layout: str | None, *, half: boo
     texels = image.texels
     notes = {NOTE: image.parameterization.name}
     if PLACEHOLDER in path.name:
-        if image.parameterization != CUBE or layout is not None:
-            raise RefletError(f"{path} names six files, which are for cubes and have no layout.")
+        if image.parameterization != CUBE:
+            raise RefletError(
+                f"{path} names six files, which are a cube's, not a {image.parameterization} map's (--to cube)."
+            )
+        if layout is not None:
+            raise RefletError(f"{path} names six files, which have no layout; leave {layout} out.")
         with ExitStack() as all_or_none:
             for final, face in zip(named_files(path), as_seen_inside(texels), strict=True):
                 write_picture_file(all_or_none.enter_context(atomic_path(final)), face, {NOTE: "cube face"}, half=half)

@@ -47,8 +47,11 @@ def _read_document(folder: Path) -> dict[str, Any]:
     if not path.exists():
         if (folder / layout.PARAMETERS).exists():
             raise RefletError(f"{folder} holds an unfinished bake; go on with it by the same reflet bake and --resume.")
+        if not folder.exists():
+            raise RefletError(f"{folder} does not exist; give the folder that reflet bake wrote.")
+        what = f"holds no {layout.SCENE}" if folder.is_dir() else "is a file"
         raise RefletError(
-            f"{folder} is not a parameterized environment map: it holds no {layout.SCENE}; reflet bake makes one."
+            f"{folder} is not the folder of a parameterized environment map: it {what}; reflet bake makes one."
         )
     try:
         document = json.loads(path.read_bytes())

@@ -44,6 +44,7 @@ from reflet.scene.views.framing import check_camera, frame_orbit
 from reflet.scene.views.parameter_space import ParameterSpace, orbit_space
 from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
+from reflet.trace.variant import use_variant
 
 LOD_BIAS = -1.5
 PROBE_SPP = 64
@@ -90,6 +91,7 @@ def bake(
     _check_memory(max(chain.texel_count for chain in chains.values()), space.orbit.image_size**2 * sample_count)
     for sample in range(space.sample_count):
         check_camera(scene, space.camera(sample))
+    use_variant(variant)  # what cannot trace is refused before anything is written
     parameters = {
         "scene": fingerprint(scene),
         "space": asdict(space),

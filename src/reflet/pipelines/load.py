@@ -7,6 +7,7 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
 from reflet.files.environment import read_environment
+from reflet.files.unreadable import check_is_file
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf.read import read_gltf
@@ -44,8 +45,7 @@ def load_scene(
     suffix = path.suffix.lower()
     if suffix not in (".glb", ".gltf", ".obj", ".xml"):
         raise RefletError(f"A scene is a .glb, .gltf, .obj or .xml file, or the built-in {BUILT_IN}, not {source}.")
-    if not path.is_file():
-        raise RefletError(f"There is no file {path}; check the name.")
+    check_is_file(path)
     if environment is None and (source_is is not None or layer is not None):
         raise RefletError("What the environment's file holds is told, but none came; add --environment FILE.")
     if up not in (None, *SOURCE_FROM_UPRIGHT):

@@ -12,6 +12,7 @@ from reflet.files.env_image_file import read_env_image
 from reflet.files.ior_file import read_spectral_index
 from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.files.textures.texel_formats import LINEAR_FROM_SRGB
+from reflet.files.unreadable import check_is_file
 from reflet.reflectance.brdfs.spectral import index_rgb
 from reflet.reflectance.lobes.lobes import fit_lobes
 from reflet.reflectance.materials.material import (
@@ -83,9 +84,11 @@ def _parts(source: str | Path) -> list[Part]:
     suffix = path.suffix.lower()
     if suffix not in (".glb", ".gltf", ".obj"):
         raise RefletError(f"A mesh is a .glb, .gltf or .obj file, or one of {', '.join(BUILT_IN)}, not {source}.")
-    if not path.is_file():
-        raise RefletError(f"There is no file {path}; check the name.")
-    return read_obj(path) if suffix == ".obj" else read_gltf(path)
+    check_is_file(path)
+    parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
+    if not any(len(part.mesh.triangles) for part in parts):
+        raise RefletError(f"{path} holds no triangles; export it with its meshes.")
+    return parts
 
 
 def own_material(material: Material) -> GlossyGgx:

@@ -18,9 +18,9 @@ def use_variant(variant: str = "llvm_ad_rgb") -> None:
     name = VARIANTS.get(variant, variant)
     if name not in VARIANTS.values():
         raise RefletError(f"The variant must be one of {', '.join(VARIANTS)}, not {variant!r}.")
-    if mi.variant() != name:
-        mi.set_variant(name)
     try:
+        if mi.variant() != name:
+            mi.set_variant(name)
         dr.eval(mi.Float(dr.arange(mi.UInt32, 2)))
     except Exception as error:
         need = (

@@ -1,5 +1,6 @@
 """A page for any static web host: the viewer and one scene in a folder."""
 
+import errno
 import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +18,9 @@ def export_viewer(folder: str | Path, out: str | Path) -> Path:
     holds files already or cannot be written; then it is left empty.
     """
     source, viewer, out = scene_folder(folder), viewer_folder(), Path(out)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+    if out.exists() and not out.is_dir():
+        raise RefletError(f"{out} cannot be written: {REASONS[errno.EEXIST]}.")
+    if out.exists() and any(out.iterdir()):
         raise RefletError(f"{out} holds files already; choose a new or empty folder.")
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -44,7 +44,8 @@ class HemispherePicture:
         widest = PROJECTIONS[self.projection].widest_deg
         if not 180.0 <= 2.0 * np.degrees(self.half_angle) <= widest + 1e-9:
             raise RefletError(
-                f"A {self.projection} picture of a hemisphere is 180 to {widest:g} degrees wide, not {self.fov_deg:g}."
+                f"A hemisphere's picture of {self.projection} projection is 180 to {widest:g} degrees wide, "
+                f"not {self.fov_deg:g}."
             )
         column, row, radius = self.image_circle
         height, width = self.pixels.shape[:2]

@@ -85,7 +85,7 @@ def picture_from_faces(image: EnvImage, layout: str | None = None) -> Picture:
         layout = "horizontal-strip" if laid_out.face_count == 2 else possible[0]
     if layout not in possible:
         what = f"one of {', '.join(possible)}" if len(possible) > 1 else "none, it is one picture"
-        raise RefletError(f"The layout of a {laid_out} map is {what}; {layout} came.")
+        raise RefletError(f"The layout of a {laid_out} map is {what}; {layout} came, which is for cubes (--to cube).")
     faces = as_seen_inside(texels) if laid_out == CUBE else texels
     down, across = _grid(laid_out, layout)
     _, rows, columns, channels = faces.shape

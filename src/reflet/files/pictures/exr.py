@@ -108,7 +108,7 @@ def read_exr_picture(path: str | os.PathLike[str], layer: str | None = None) -> 
                 return _picture(path, file.parts[chosen.part], chosen, doubts)
     except (RuntimeError, ValueError, TypeError, MemoryError, IndexError, OverflowError) as error:
         reason = " ".join(str(error).split())[:200]
-        raise RefletError(f"{path} is not a readable OpenEXR picture ({reason}); it may be truncated.") from error
+        raise RefletError(f"{path} is not a readable OpenEXR picture ({reason}); copy or download it again.") from error
 
 
 def read_exr(path: str | os.PathLike[str], layer: str | None = None) -> Float32[np.ndarray, "height width channels"]:

@@ -14,6 +14,7 @@ from PIL.PngImagePlugin import PngInfo
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.pictures.color_profile import doubts_of_encoding, in_srgb
+from reflet.files.unreadable import unreadable
 
 LARGEST_PICTURE = 2**28  # pixels of 16-bit pictures; of others it is Pillow's to say
 
@@ -62,7 +63,7 @@ def read_picture(path: str | os.PathLike[str]) -> UInt8[np.ndarray, "height widt
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+        raise unreadable(path, error) from error
     return decode_picture(data, str(path))
 
 
@@ -83,7 +84,7 @@ def read_linear_picture_with_doubts(
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise RefletError(f"{path} cannot be read ({error.strerror}); check the name.") from error
+        raise unreadable(path, error) from error
     bits = 8
     if data.startswith(_PNG):
         # signature, length and name of the first chunk, then width, height and bits a channel

@@ -24,9 +24,10 @@ class Camera:
     def __post_init__(self) -> None:
         forward = np.subtract(self.target, self.position)
         if not np.isfinite(forward).all() or np.linalg.norm(np.cross(forward, self.up)) < 1e-9:
+            eye, target = (", ".join(f"{each:.6g}" for each in point) for point in (self.position, self.target))
             raise RefletError(
-                f"A camera at {self.position} that looks at {self.target} has no upright picture; "
-                "choose another elevation, distance or target."
+                f"A camera at ({eye}) that looks at ({target}) has no upright picture; choose an elevation below "
+                "90°, another distance or target."
             )
         if not 0.0 < self.fov_deg < 180.0:
             raise RefletError(f"The field of view must lie between 0 and 180 degrees, not {self.fov_deg}.")
