@@ -91,7 +91,11 @@ def test_six_files(tmp_path, names, suffix):
     for ours, theirs in zip(FACES, names, strict=True):
         (tmp_path / "written" / f"{ours}{suffix}").rename(tmp_path / "named" / f"Sky_{theirs}{suffix}")
     (tmp_path / "named" / "readme.txt").write_text("px")
-    for path in (tmp_path / "named", tmp_path / "named" / f"Sky_{{face}}{suffix}"):
+    for path in (
+        tmp_path / "named",
+        tmp_path / "named" / f"Sky_{{face}}{suffix}",
+        tmp_path / "named" / f"Sky_{names[4]}{suffix}",
+    ):
         np.testing.assert_allclose(read_env_image(path).texels, image.texels, rtol=0, atol=STEP[suffix])
         assert (file_facts(path).layout, file_facts(path).parameterization) == ("faces", CUBE)
 
@@ -112,8 +116,12 @@ def test_six_files_that_are_not_there(tmp_path):
         read_env_image(tmp_path)
     (tmp_path / "py.exr").unlink()
     for path in (tmp_path, tmp_path / "{face}.exr"):
-        with pytest.raises(RefletError, match="does not name the six files of a cube"):
+        with pytest.raises(RefletError, match=r"six files of a cube: beside px.exr those called py are missing"):
             read_env_image(path)
+    with pytest.raises(RefletError, match=r"beside px.exr those called py are missing"):
+        read_env_image(tmp_path / "px.exr")  # any one of them
+    with pytest.raises(RefletError, match="does not name the six files of a cube; call them px nx"):
+        read_env_image(tmp_path / "c_{face}.exr")
     write_env_image(tmp_path / "a_{face}.hdr", [random_image(CUBE)])
     write_env_image(tmp_path / "b_{face}.hdr", [random_image(CUBE)])
     with pytest.raises(RefletError, match=r"holds several cubes \(a_px.hdr and b_px.hdr\)"):

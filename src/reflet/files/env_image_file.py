@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from reflet.envmap.cube_seams import broken_edges
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.facts import share_of_light
 from reflet.envmap.parameterizations.cube import CUBE
@@ -40,7 +41,7 @@ from reflet.files.pictures.picture_file import (
     read_picture_file,
     write_picture_file,
 )
-from reflet.files.pictures.six_files import PLACEHOLDER, named_files, six_files
+from reflet.files.pictures.six_files import PLACEHOLDER, SixFiles, named_files, siblings_of, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
     as_radiance,
@@ -65,6 +66,7 @@ _WRITERS: dict[str, Callable[[_Path, Texture], None]] = {
     ".dds": dds.write_dds_texture,
 }
 _LATLONG = LatLong()
+_BROKEN = 3  # edges of a cube by which its faces are not in order; at a mask's border one or two may break
 
 
 def read_env_image(
@@ -98,7 +100,7 @@ def _read(
     repair: bool,
     most_levels: int | None = None,
 ) -> tuple[EnvImage, ...]:
-    files = six_files(path, READ)
+    files = _six_files_at(path, parameterization)
     doubts: list[str] = []
     if files is not None:
         cube, most = _cube_from_files(files, parameterization, layer, doubts)
@@ -121,6 +123,8 @@ def _read(
     if _has_unused_alpha(levels[0].texels):
         doubts.append(f"{path} has an alpha of 0 everywhere, which is left out; its colours are kept.")
         levels = tuple(replace(level, texels=np.ascontiguousarray(level.texels[..., :3])) for level in levels)
+    if levels[0].parameterization == CUBE:
+        doubts += _doubts_of_edges(path, levels[0])
     clipped = share_of_light(levels[0], at_least=most) if math.isfinite(most) else 0.0
     if clipped > 0.0:
         doubts.append(clipped_sentence(path, most, clipped))
@@ -132,6 +136,16 @@ def _read(
     for doubt in doubts:
         warnings.warn(doubt, RefletWarning, stacklevel=3)
     return tuple(out)
+
+
+def _doubts_of_edges(path: Path, cube: EnvImage) -> list[str]:
+    broken, telling = broken_edges(cube)
+    if broken < _BROKEN or 3 * broken < telling:
+        return []
+    return [
+        f"{path} is a cube whose faces do not go on into each other at {broken} of {telling} edges that tell; they may "
+        "be named, ordered or turned otherwise than here."
+    ]
 
 
 def _has_unused_alpha(texels: np.ndarray) -> bool:
@@ -149,12 +163,13 @@ def _radiance_of(path: Path, layer: str | None, doubts: list[str]) -> PictureFil
 def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
     """What a file, of an .exr the ``layer``, says of itself. Raises RefletError where it cannot be read."""
     path = Path(path)
-    files = six_files(path, READ)
+    files = _six_files_at(path, None)
     if files is not None:
-        face = read_picture_file(files[0], layer)
+        first = files.paths[0]
+        face = read_picture_file(first, layer)
         height, width, channels = face.pixels.shape
-        form = READ[files[0].suffix.lower()]
-        return FileFacts(form, CUBE, "faces", height, width, 6, 1, channels, _stored_as(files[0]), None, face.notes)
+        form = READ[first.suffix.lower()]
+        return FileFacts(form, CUBE, "faces", height, width, 6, 1, channels, _stored_as(first), None, face.notes)
     reader = _texture_reader(path)
     if reader is not None:
         texture = reader[1](path)
@@ -181,19 +196,37 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
     return FileFacts(form, laid_out, lies, height, width, 1, 1, channels, _stored_as(path), None, picture.notes)
 
 
+def _six_files_at(path: Path, parameterization: Parameterization | None) -> SixFiles | None:
+    """The six files that ``path`` means: a folder, a name with a place for the face's, or a face itself.
+
+    A file is a face if its name says so, its picture is a square that does not tell what it is, and others like it
+    stand beside it.
+    """
+    files = six_files(path, READ)
+    if files is not None or parameterization not in (None, CUBE) or path.suffix.lower() not in READ:
+        return files
+    files = siblings_of(path, READ) if path.is_file() else None
+    if files is None:
+        return None
+    picture = read_picture_file(path)
+    height, width, _ = picture.pixels.shape
+    return files if height == width and kind_of_picture(picture) is None else None
+
+
 def _stored_as(path: Path) -> str:
     return {".hdr": "rgbe", ".exr": "half or float"}.get(path.suffix.lower(), "srgb")
 
 
 def _cube_from_files(
-    files: tuple[Path, ...], parameterization: Parameterization | None, layer: str | None, doubts: list[str]
+    files: SixFiles, parameterization: Parameterization | None, layer: str | None, doubts: list[str]
 ) -> tuple[EnvImage, float]:
     """The cube and the most radiance that its files can hold."""
     if parameterization not in (None, CUBE):
         raise RefletError(f"Six files are a cube, not {parameterization}; give one file.")
-    pictures = [_radiance_of(file, layer, doubts) for file in files]
+    doubts += files.doubts
+    pictures = [_radiance_of(file, layer, doubts) for file in files.paths]
     faces = [picture.pixels for picture in pictures]
-    for file, face in zip(files, faces, strict=True):
+    for file, face in zip(files.paths, faces, strict=True):
         if face.shape != (faces[0].shape[0], faces[0].shape[0], faces[0].shape[2]):
             height, width, _ = face.shape
             raise RefletError(f"{file} is {width}×{height} pixels; a cube's six files are alike and square.")
