@@ -46,7 +46,7 @@ STILL = {"scroll": 0, "distance": 1, "azimuth_deg": 0, "elevation_deg": 0}
 
 
 def test_the_page_has_nothing_to_complain_of(seen):
-    """Under a content security policy that allows nothing inline."""
+    """Under a content security policy that allows nothing inline, and elements from text to this viewer alone."""
     assert seen["complaints"] == []
 
 
@@ -114,11 +114,12 @@ def test_another_scene_takes_the_place_of_the_first(seen):
     other = dict(seen["other"])
     assert re.search(r"nowhere\.gltf cannot be read: the server says 404", other.pop("said"))
     # The one put back, the second viewer's, and those of the two scenes that were not shown.
-    assert other == {"fresh": True, "notice": True, "panels": 1, "viewpoint": AT_HOME, "destroyed": 1 + 1 + 1 + 2}
+    assert other.pop("destroyed") == 1 + 1 + 1 + 2
+    assert other.pop("toLose") == -1  # two devices that were lost at once, before the third
+    assert other == {"fresh": True, "notice": True, "panels": 1, "viewpoint": AT_HOME}
 
 
-def test_devices_lost_while_opening(seen):
-    assert seen["lostTwice"] == AT_HOME
+def test_devices_that_are_always_lost(seen):
     assert seen["lostAlways"].startswith("The graphics device was lost 3 times within a minute; close other pages")
     assert seen["toLose"] == 9 - 3
 
@@ -128,7 +129,7 @@ def test_without_webgpu_each_cause_has_its_sentence(seen):
     assert seen["insecure"] == (
         "This picture is drawn with WebGPU, which browsers offer to pages over https and from localhost only, not to "
         "http://lab.example:8000. Open it over https, or run ssh -N -L 8000:lab.example:8000 lab.example and open "
-        "http://localhost:8000/"
+        "http://localhost:8000/user/you/proxy/80/"
     )
 
 

@@ -138,6 +138,7 @@ def drawn(seen, folder):
     requests = {
         name: {"width": 64, "height": 48, "samples": 16 if name == "all-samples" else 1, "settings": settings}
         for name, settings in seen["settings"].items()
+        if not name.endswith("-loss")
     }
     (folder / "requests.json").write_text(json.dumps(requests))
     return draw("draw_materials.py", folder, folder / "requests.json", folder / "drawn.npz")
@@ -231,6 +232,18 @@ def test_shift_drag_and_keys_turn_the_light_alone(seen):
     assert seen["settings"]["turned"]["turn"] == pytest.approx(90)
     assert seen["afterKey"]["turn"] == pytest.approx(92)
     assert seen["viewpoint"] == {"azimuth_deg": -60, "elevation_deg": 30, "distance": 3.5}
+
+
+def test_materials_that_are_not_there_are_refused(seen):
+    for name, said in zip(("map:nothing", "table:nothing", "velvet"), seen["unknown"], strict=True):
+        assert said.startswith(f"There is no material {name} here; there are mirror, dielectric, ")
+        assert said.endswith(", map:directions, map:gooch+silhouette, table:paint.npz.")
+
+
+def test_after_the_loss_of_its_device_the_picture_is_the_same(seen, folder):
+    assert seen["settings"]["after-loss"] == seen["settings"]["before-loss"]
+    np.testing.assert_array_equal(frame(folder, "after-loss"), frame(folder, "before-loss"))
+    assert np.ptp(frame(folder, "after-loss")[..., :3]) > 0.1  # and no empty one
 
 
 def test_the_panel_chooses_metals_by_name(seen):

@@ -56,7 +56,10 @@ await withPage(
     page.on("pageerror", (error) => seen.complaints.push(error.message));
 
     // In the middle of a long page.
-    const headers = { "content-security-policy": "default-src 'self'; img-src data:" };
+    const headers = {
+      "content-security-policy":
+        "default-src 'self'; img-src data:; require-trusted-types-for 'script'; trusted-types reflet-viewer",
+    };
     await page.route("**/long.html", (route) => route.fulfill({ body: LONG, contentType: "text/html", headers }));
     await page.route("**/long.css", (route) => route.fulfill({ body: LONG_CSS, contentType: "text/css" }));
     await page.goto(`${address}long.html`);
@@ -179,36 +182,40 @@ await withPage(
       second.remove();
       return radiance;
     });
+    // Devices that are lost as soon as they are there.
+    await page.evaluate(() => {
+      window.toLose = 0;
+      const { requestDevice } = GPUAdapter.prototype;
+      GPUAdapter.prototype.requestDevice = async function (description) {
+        const device = await requestDevice.call(this, description);
+        if (window.toLose-- > 0) {
+          device.destroy();
+          window.destroyed -= 1;
+          Object.defineProperty(device, "lost", { value: Promise.resolve({ reason: "unknown" }) });
+        }
+        return device;
+      };
+    });
     seen.other = await viewer(async (element) => {
       const before = element.ready;
       element.setAttribute("src", "scene/scene.gltf?other");
       const fresh = element.ready !== before;
       element.setAttribute("src", "scene/nowhere.gltf"); // before the other is there
       const said = await element.ready.catch((error) => error.message);
+      window.toLose = 2;
       element.setAttribute("src", "scene/scene.gltf");
       await element.settled();
       const notice = element.shadowRoot.querySelector(".notice").hidden;
       const panels = element.shadowRoot.querySelectorAll(".panel").length;
-      return { fresh, said, notice, panels, viewpoint: element.viewpoint, destroyed: window.destroyed };
-    });
-
-    // Devices that are lost as soon as they are there: two, then all.
-    await page.evaluate(() => {
-      window.toLose = 2;
-      const { requestDevice } = GPUAdapter.prototype;
-      GPUAdapter.prototype.requestDevice = async function (description) {
-        const device = await requestDevice.call(this, description);
-        if (window.toLose-- > 0) {
-          device.destroy();
-          Object.defineProperty(device, "lost", { value: Promise.resolve({ reason: "unknown" }) });
-        }
-        return device;
+      return {
+        fresh,
+        said,
+        notice,
+        panels,
+        viewpoint: element.viewpoint,
+        destroyed: window.destroyed,
+        toLose: window.toLose,
       };
-    });
-    seen.lostTwice = await viewer(async (element) => {
-      element.setAttribute("src", "scene/scene.gltf?lost-twice");
-      await element.settled();
-      return element.viewpoint;
     });
     seen.lostAlways = await viewer(async (element) => {
       window.toLose = 9;
@@ -223,16 +230,17 @@ await withPage(
     });
     await viewer((element) => element.setAttribute("src", "scene/scene.gltf?no-adapter"));
     seen.noAdapter = await notice();
-    await page.route("http://lab.example:8000/**", async (route) => {
-      const response = await route.fetch({ url: route.request().url().replace("http://lab.example:8000/", address) });
+    const proxy = "http://lab.example:8000/user/you/proxy/80/";
+    await page.route(`${proxy}**`, async (route) => {
+      const response = await route.fetch({ url: route.request().url().replace(proxy, address) });
       await route.fulfill({ response });
     });
-    await page.goto("http://lab.example:8000/");
+    await page.goto(proxy);
     seen.insecure = await notice();
     seen.captured = [await page.locator("canvas.captured").count()];
-    const framed = '<!doctype html><iframe src="/index.html"></iframe>';
+    const framed = '<!doctype html><iframe src="index.html"></iframe>';
     await page.route("**/framed.html", (route) => route.fulfill({ body: framed, contentType: "text/html" }));
-    await page.goto("http://lab.example:8000/framed.html");
+    await page.goto(`${proxy}framed.html`);
     await page.frameLocator("iframe").locator(".notice[role=alert]").waitFor();
     seen.captured.push(await page.frameLocator("iframe").locator("canvas.captured").count());
     seen.complaints = complaints;

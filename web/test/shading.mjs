@@ -77,6 +77,24 @@ await withPage(async (page) => {
   await page.getByRole("checkbox", { name: "Circling" }).uncheck();
   await page.getByRole("checkbox", { name: "Lamp" }).uncheck();
   seen.afterKey = await viewer((element) => element.settings);
+  seen.unknown = await viewer((element) =>
+    ["map", "table", "velvet"].map((kind) => {
+      try {
+        return element.configure({ material: { kind, [kind]: "nothing" } });
+      } catch (error) {
+        return error.message;
+      }
+    }),
+  );
+
+  // The graphics process ends while a lamp shines.
+  await viewer((element) => element.configure({ lamp: { on: true } }));
+  await keep("before-loss");
+  const complaints = [...seen.complaints]; // the browser tells of its own crash
+  await (await page.context().newCDPSession(page)).send("Browser.crashGpuProcess");
+  await page.waitForTimeout(300);
+  await keep("after-loss");
+  seen.complaints = complaints;
 }, browser);
 
 await writeFile(join(folder, "seen.json"), JSON.stringify(seen));

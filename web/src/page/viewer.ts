@@ -1,6 +1,7 @@
 // <reflet-viewer src="scene/scene.gltf">: shows a parameterized environment map, or a mesh of some material in an environment.
 
 import type { ViewPoint } from "../maths/camera";
+import { setMarkup } from "../panels/markup";
 import type { Settings } from "../panels/settings";
 import type { ShadingSettings } from "../panels/shading-settings";
 import type { Listener, Player, RawFrame } from "../players/player";
@@ -52,7 +53,7 @@ export class RefletViewer extends HTMLElement {
     super();
     this.root = this.attachShadow({ mode: "open" });
     this.root.adoptedStyleSheets = [SHEET];
-    this.root.innerHTML = MARKUP;
+    setMarkup(this.root, MARKUP);
     this.canvas = this.root.querySelector("canvas") as HTMLCanvasElement;
     this.notice = this.root.querySelector(".notice") as HTMLElement;
     this.toggle = this.root.querySelector(".toggle") as HTMLButtonElement;

@@ -1,29 +1,7 @@
-// What the panels have in common: pieces of markup, and the form that shows settings and is read when a user changes them.
+// What the panels have in common: the form that shows settings and is read when a user changes them.
 
 import { NORMAL_EXPOSURE } from "../maths/tone"; // 0 on the slider, which counts in stops
-
-export const words = (name: string): string => name.replaceAll("_", " ");
-
-const escapeHtml = (text: string): string => text.replace(/[&<>"']/g, (character) => `&#${character.charCodeAt(0)};`);
-
-type Choices = readonly (readonly [value: string, label: string])[];
-
-const options = (values: Choices): string =>
-  values.map(([value, label]) => `<option value="${escapeHtml(value)}">${escapeHtml(label)}</option>`).join("");
-
-/** A row of buttons, of which one is pressed. */
-export const segments = (name: string, legend: string, values: Choices): string => `
-  <fieldset class="segments">
-    <legend>${legend}</legend>
-    ${values.map(([value, label]) => `<label><input type="radio" name="${name}" value="${value}" /><span>${label}</span></label>`).join("")}
-  </fieldset>`;
-
-/** A list to choose from; `attributes` are the row's. */
-export const chooser = (name: string, label: string, values: Choices, attributes = ""): string =>
-  `<label class="row" ${attributes}><span>${label}</span><select name="${name}">${options(values)}</select></label>`;
-
-export const slider = (name: string, label: string, least: number, most: number, step: number): string =>
-  `<label class="row"><span>${label}</span><input name="${name}" type="range" min="${least}" max="${most}" step="${step}" /><output></output></label>`;
+import { setMarkup } from "./markup";
 
 /** A panel, and its fields by name. Panels show their settings once they have them: at the end of their constructors. */
 export abstract class Form {
@@ -32,7 +10,7 @@ export abstract class Form {
   constructor(label: string, markup: string, onChange: () => void, onHome: () => void) {
     this.element.className = "panel";
     this.element.setAttribute("aria-label", label);
-    this.element.innerHTML = `${markup}<p class="status" aria-live="off"></p>`;
+    setMarkup(this.element, `${markup}<p class="status" aria-live="off"></p>`);
     this.element.addEventListener("submit", (event) => event.preventDefault());
     this.element.addEventListener("input", () => {
       this.read();
@@ -87,5 +65,3 @@ export abstract class Form {
     return NORMAL_EXPOSURE * 2 ** this.number("exposure");
   }
 }
-
-export const exposureSlider = slider("exposure", "Exposure", -4, 4, 0.1);

@@ -3,7 +3,8 @@
 import { TONE_CURVES } from "../maths/tone";
 import type { Vec3 } from "../maths/vectors";
 import type { ShadedScene, Shown } from "../scene/shaded-scene";
-import { chooser, exposureSlider, Form, slider, words } from "./form";
+import { Form } from "./form";
+import { chooser, exposureSlider, setMarkup, slider, words } from "./markup";
 import { choiceOf, FIELDS, type Field, firstMaterials, index, KIND_NAMES } from "./material-fields";
 import type { ShadingSettings } from "./shading-settings";
 
@@ -72,7 +73,7 @@ export class MaterialPanel extends Form {
     const fields = FIELDS[material.kind];
     if (this.built !== choice) {
       const place = this.element.querySelector(".fields") as HTMLElement;
-      place.innerHTML = fields.map((field) => fieldMarkup(field, scene)).join("");
+      setMarkup(place, fields.map((field) => fieldMarkup(field, scene)).join(""));
       place.hidden = fields.length === 0;
       this.built = choice;
     }

@@ -3,7 +3,8 @@
 import { KINDS } from "../maths/geometry";
 import { TONE_CURVES } from "../maths/tone";
 import type { Pem } from "../scene/pem";
-import { chooser, exposureSlider, Form, segments, slider, words } from "./form";
+import { Form } from "./form";
+import { chooser, exposureSlider, segments, slider, words } from "./markup";
 import type { Settings } from "./settings";
 
 const template = (pem: Pem): string => `

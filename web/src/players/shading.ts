@@ -5,10 +5,12 @@ import type { Rotation } from "../gpu/maps/env-map";
 import { MaterialRenderer, type MaterialView } from "../gpu/materials/material-renderer";
 import type { Camera } from "../maths/camera";
 import { NORMAL_EXPOSURE, type Tone } from "../maths/tone";
+import { choiceOf } from "../panels/material-fields";
 import { MaterialPanel } from "../panels/material-panel";
 import type { ShadingSettings } from "../panels/shading-settings";
 import { firstLamp, type LampSettings, lampOf, wrapped } from "../scene/lamp";
-import type { ShadedScene } from "../scene/shaded-scene";
+import { KINDS } from "../scene/material";
+import type { ShadedScene, Shown } from "../scene/shaded-scene";
 import { type Listener, Player } from "./player";
 
 const SAMPLES_AT_REST = 16;
@@ -59,6 +61,7 @@ export class Shading extends Player {
   }
 
   configure({ lamp, ...settings }: Partial<Omit<ShadingSettings, "lamp">> & { lamp?: Partial<LampSettings> }): void {
+    if (settings.material) this.check(settings.material);
     Object.assign(this.settings, settings);
     Object.assign(this.settings.lamp, lamp);
     this.panel.show();
@@ -117,6 +120,18 @@ export class Shading extends Player {
   protected facts(): string[] {
     const triangles = this.scene.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
     return [`${triangles.toLocaleString("en")} triangles`];
+  }
+
+  /** Throws for what this scene cannot show. */
+  private check(material: Shown): void {
+    const { maps, tables } = this.scene;
+    const known = [
+      ...KINDS,
+      ...maps.map(({ name }) => choiceOf({ kind: "map", map: name })),
+      ...tables.map(({ name }) => choiceOf({ kind: "table", table: name })),
+    ];
+    const choice = choiceOf(material);
+    if (!known.includes(choice)) throw new Error(`There is no material ${choice} here; there are ${known.join(", ")}.`);
   }
 
   private view(camera: Camera): MaterialView {
