@@ -1,7 +1,7 @@
 """What must be done corner by corner, compiled: equal rows found, and faces joined over smooth edges."""
 
 import numpy as np
-from jaxtyping import Float, Int32
+from jaxtyping import Float, Int32, Int64
 from numba import njit
 
 _NEAR = 8  # faces at one edge that are compared with one another; more of them only with the next ones
@@ -100,9 +100,12 @@ def _angle(points, positions, corner):
 
 
 @njit(cache=True)
-def _join(points, normals, labels, limits, order, begin):
+def _join(points, normals, labels, limits, count):
     """For each corner one of those it is joined with over smooth edges, the same for all of them."""
-    parent = np.arange(len(points)).astype(np.int32)
+    order, begin = _corners_by_point(points, count)
+    parent = np.empty(len(points), np.int32)
+    for c in range(len(points)):
+        parent[c] = c
     widest = 0
     for point in range(len(begin) - 1):
         widest = max(widest, begin[point + 1] - begin[point])
@@ -161,15 +164,21 @@ def _fans(points, positions, normals, parent):
         weight = _angle(points, positions, c)
         for k in range(3):
             total[fan[c], k] += weight * normals[c // 3, k]
-    extra = 0
-    for c in range(len(points)):
-        extra += np.sqrt(np.sum(total[fan[c]] ** 2)) <= 1e-12
-    means = np.zeros((count + extra, 3))
+    cancelled = np.zeros(count, np.bool_)
     for f in range(count):
-        length = np.sqrt(np.sum(total[f] ** 2))
-        means[f] = total[f] / length if length > 1e-12 else total[f]
+        length = np.sqrt(total[f, 0] ** 2 + total[f, 1] ** 2 + total[f, 2] ** 2)
+        cancelled[f] = length <= 1e-12
+        for k in range(3):
+            total[f, k] /= 1.0 if cancelled[f] else length
+    alone = 0
     for c in range(len(points)):
-        if np.sqrt(np.sum(total[fan[c]] ** 2)) <= 1e-12:  # faces that cancel each other keep their own normals
+        alone += cancelled[fan[c]]
+    if alone == 0:
+        return fan, total
+    means = np.empty((count + alone, 3))
+    means[:count] = total
+    for c in range(len(points)):
+        if cancelled[fan[c]]:  # faces that cancel each other keep their own normals
             fan[c] = count
             means[count] = normals[c // 3]
             count += 1
@@ -179,7 +188,7 @@ def _fans(points, positions, normals, parent):
 def smooth_fans(
     points: Int32[np.ndarray, "corners"],
     positions: Float[np.ndarray, "points 3"],
-    labels: Int32[np.ndarray, "triangles"],
+    labels: Int64[np.ndarray, "triangles"],
     limits: Float[np.ndarray, "triangles"],
 ) -> tuple[Int32[np.ndarray, "corners"], Float[np.ndarray, "fans 3"]]:
     """The corners of triangles joined around their points: the fan of each corner, and each fan's unit normal.
@@ -189,6 +198,5 @@ def smooth_fans(
     by the corners' angles; corners whose faces cancel each other have fans of their own, with their face's normal.
     """
     normals = _unit_normals(points, positions)
-    order, begin = _corners_by_point(points, len(positions))
-    parent = _join(points, normals, labels, limits, order, begin)
+    parent = _join(points, normals, labels, limits, len(positions))
     return _fans(points, positions, normals, parent)

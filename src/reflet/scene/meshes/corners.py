@@ -47,7 +47,7 @@ def crease_normals(corners: Corners3, crease_deg: float) -> Corners3:
     first, point = unique_rows(corners)
     count = len(corners) // 3
     limits = np.full(count, np.cos(np.radians(crease_deg)))
-    fan, normals = smooth_fans(point, corners[first].astype(np.float64), np.zeros(count, np.int32), limits)
+    fan, normals = smooth_fans(point, corners[first].astype(np.float64), np.zeros(count, np.int64), limits)
     return normals[fan]
 
 

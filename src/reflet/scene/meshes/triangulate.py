@@ -33,8 +33,11 @@ def triangulate(
     mean. Corners in the middle of straight edges may be left out; polygons without area stay fans.
     """
     length = np.diff(starts)
+    if (length == 3).all():
+        every = np.arange(len(corners), dtype=np.int32)
+        return Triangulation(every.reshape(-1, 3), every[: len(length)].copy(), 0)
     ends = np.cumsum(length - 2)
-    triangles = np.empty((int(ends[-1]) if len(ends) else 0, 3), np.int32)
+    triangles = np.empty((int(ends[-1]), 3), np.int32)
     crossing = 0
     for n in np.unique(length):
         faces = np.flatnonzero(length == n)
@@ -48,11 +51,7 @@ def triangulate(
             triangles[rows] = np.where(local < 0, -1, first + local)
     face = np.repeat(np.arange(len(length), dtype=np.int32), length - 2)
     kept = triangles[:, 0] >= 0
-    return (
-        Triangulation(triangles[kept], face[kept], crossing)
-        if not kept.all()
-        else Triangulation(triangles, face, crossing)
-    )
+    return Triangulation(triangles[kept], face[kept], crossing)
 
 
 def _cut(points: Float[np.ndarray, "faces n 3"]) -> tuple[Int[np.ndarray, "faces n-2 3"], int]:

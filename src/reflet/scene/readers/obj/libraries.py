@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Int32
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.material import MIRROR
@@ -16,22 +16,20 @@ from reflet.scene.readers.obj.statements import ObjText
 from reflet.scene.readers.resources import find_resource
 
 
-def materials_of(text: ObjText, path: Path) -> tuple[list[PlacedMaterial], Int64[np.ndarray, "faces"]]:
+def materials_of(text: ObjText, path: Path) -> tuple[list[PlacedMaterial], Int32[np.ndarray, "faces"]]:
     """Materials, and the number of each face's. Number 0 is a mirror, for faces that have none.
 
     A name means the material of the nearest mtllib line before it that has one so called, else of the next line behind
     it; of several files in one line it is the first. Names that no file has are mirrors, with a RefletWarning, and
     what the materials say and is not honoured is said in others.
     """
-    statement = text.materials.of_faces(len(text.starts) - 1)
-    used, of_face = np.unique(statement, return_inverse=True)
-    used_texts = text.materials.text[used[used >= 0]]
+    used = text.materials.holding(len(text.starts) - 1)
     # how many mtllib lines stand before each usemtl line: with its text, all that its meaning depends on
-    before = np.searchsorted(text.libraries.place, text.materials.place[used[used >= 0]])
+    before = np.searchsorted(text.libraries.place, text.materials.place[used])
     libraries = _Libraries(text, path)
     materials, numbers = [PlacedMaterial(MIRROR)], {"": 0}
     number_of: dict[tuple[int, int], int] = {}
-    meanings = list(zip(used_texts.tolist(), before.tolist(), strict=True))
+    meanings = list(zip(text.materials.text[used].tolist(), before.tolist(), strict=True))
     for meaning in dict.fromkeys(meanings):
         name = name_of(text.materials.texts[meaning[0]])
         file, known = libraries.find(name, meaning[1]) if name else (None, None)
@@ -42,9 +40,9 @@ def materials_of(text: ObjText, path: Path) -> tuple[list[PlacedMaterial], Int64
             materials.append(file.material(known) if file and known is not None else placed)
         number_of[meaning] = numbers[key]
     libraries.warn()
-    of_statement = [number_of[meaning] for meaning in meanings]
-    leading = [0] if len(used) > len(of_statement) else []
-    return materials, np.array([*leading, *of_statement], np.int64)[of_face]
+    of_statement = np.zeros(len(text.materials.text), np.int32)
+    of_statement[used] = [number_of[meaning] for meaning in meanings]
+    return materials, text.materials.spread(of_statement, 0, len(text.starts) - 1)
 
 
 class _Libraries:
@@ -52,7 +50,8 @@ class _Libraries:
 
     def __init__(self, text: ObjText, path: Path) -> None:
         self._path = path
-        self._statements = [text.libraries.texts[k] for k in text.libraries.text]
+        texts = text.libraries.texts
+        self._statements = list(texts) if len(texts) == 1 else [texts[k] for k in text.libraries.text]
         self._files: dict[str, list[MaterialFile]] = {}
         self._opened: dict[Path, MaterialFile] = {}
         self._missing: list[str] = []

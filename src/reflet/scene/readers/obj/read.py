@@ -2,6 +2,7 @@
 
 import warnings
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -54,32 +55,33 @@ def _parts(
     stem: str,
     cut: Triangulation,
     materials: list[PlacedMaterial],
-    material_of_face: Int64[np.ndarray, "faces"],
+    material_of_face: Int32[np.ndarray, "faces"],
 ) -> list[Part]:
-    surface = _Surface(text, cut)
+    faces = len(text.starts) - 1
     known = {stem: 0}
     of_texts = [known.setdefault(name_of(name) or stem, len(known)) for name in text.names.texts]
-    names = list(known)
-    of_statements = np.append(np.array(of_texts, np.int64)[text.names.text], 0)  # the last stands for none
-    name_of_face = of_statements[text.names.of_faces(len(text.starts) - 1)]
+    name_of_face = text.names.spread(np.array(of_texts, np.int32)[text.names.text], 0, faces)
     textured = np.array([_has_textures(placed.material) for placed in materials])
-    with_uv = np.minimum.reduceat(text.corners[:, 1], text.starts[:-1]) >= 0
     # faces of a textured material that are nowhere on its textures are a part of their own, which has no uv
-    key = (name_of_face * len(materials) + material_of_face) * 2 + (with_uv & textured[material_of_face])
-    _, first, part = np.unique(key, return_index=True, return_inverse=True)
-    worn = Counter(
-        name for name, _ in set(zip(name_of_face[first].tolist(), material_of_face[first].tolist(), strict=True))
-    )
-    part_of_triangle = part[cut.face]
-    triangles = np.split(np.argsort(part_of_triangle, kind="stable"), np.cumsum(np.bincount(part_of_triangle))[:-1])
+    on_textures = (np.minimum.reduceat(text.corners[:, 1], text.starts[:-1]) >= 0) & textured[material_of_face]
+    first, part = unique_rows(np.column_stack([name_of_face, material_of_face, on_textures.astype(np.int32)]))
+    of_parts = list(zip(name_of_face[first].tolist(), material_of_face[first].tolist(), strict=True))
+    worn = Counter(name for name, _ in set(of_parts))
+    surface, names = _Surface(text, cut), list(known)
     parts = []
-    for number in np.argsort(first):
-        name, wears = int(name_of_face[first[number]]), int(material_of_face[first[number]])
-        within = slice(None) if len(first) == 1 else triangles[number]
+    for triangles, (name, wears) in zip(_triangles_of_parts(part[cut.face], len(first)), of_parts, strict=True):
         material = materials[wears].material
         part_name = f"{names[name]}_{material.name}" if worn[name] > 1 and wears else names[name]
-        parts.append(Part(part_name, surface.mesh(within, materials[wears]), material))
+        parts.append(Part(part_name, surface.mesh(triangles, materials[wears]), material))
     return parts
+
+
+def _triangles_of_parts(part: Int32[np.ndarray, "triangles"], count: int) -> Sequence[slice | Int64[np.ndarray, "_"]]:
+    """The triangles of each part, in their order."""
+    if count == 1:
+        return [slice(None)]
+    sizes = np.bincount(part, minlength=count)
+    return np.split(np.argsort(part, kind="stable"), np.cumsum(sizes)[:-1])
 
 
 def _has_textures(material: Material) -> bool:
@@ -94,20 +96,21 @@ class _Surface:
     where it has none) and normals."""
 
     def __init__(self, text: ObjText, cut: Triangulation) -> None:
-        corner = cut.corners.ravel()
-        self.corners = np.empty((len(corner), 3), np.int32)
+        """Works in the text's own array of corners where all its faces are triangles."""
+        whole = cut.corners.size == len(text.corners) and len(cut.corners) == len(text.starts) - 1
+        self.corners = text.corners if whole else text.corners[cut.corners.ravel()]
         first, point = unique_rows(text.positions.astype(np.float32))
         self.positions = text.positions[first]
-        self.corners[:, 0] = point[text.corners[corner, 0]]
+        self.corners[:, 0] = point[self.corners[:, 0]]
         first, coordinates = unique_rows(text.uv)
         self.uv = text.uv[first]
         # the last one stands for none, here and below
-        self.corners[:, 1] = np.append(coordinates, np.int32(-1))[text.corners[corner, 1]]
+        self.corners[:, 1] = np.append(coordinates, np.int32(-1))[self.corners[:, 1]]
         length = np.linalg.norm(text.normals, axis=1)
         unit = (text.normals / np.where(length > 0.0, length, 1.0)[:, None]).astype(np.float32)
         first, normal = unique_rows(unit)
         self.normals = unit[first]
-        self.corners[:, 2] = np.append(np.where(length > 0.0, normal, -1), -1)[text.corners[corner, 2]]
+        self.corners[:, 2] = np.append(np.where(length > 0.0, normal, -1), -1)[self.corners[:, 2]]
         bare = (self.corners[:, 2].reshape(-1, 3) < 0).any(axis=1)
         if bare.any():
             self._smooth(np.flatnonzero(bare), *_smoothing(text, cut.face[bare]))
@@ -115,7 +118,7 @@ class _Surface:
     def _smooth(
         self,
         triangles: Int[np.ndarray, "triangles"],
-        labels: Int32[np.ndarray, "triangles"],
+        labels: Int64[np.ndarray, "triangles"],
         limits: Float64[np.ndarray, "triangles"],
     ) -> None:
         """Gives the corners of these triangles that lack normals those of the fans that they are in."""
@@ -147,16 +150,14 @@ def _corners(triangles: Int[np.ndarray, "triangles"]) -> Int[np.ndarray, "corner
 
 def _smoothing(
     text: ObjText, face: Int[np.ndarray, "triangles"]
-) -> tuple[Int32[np.ndarray, "triangles"], Float64[np.ndarray, "triangles"]]:
+) -> tuple[Int64[np.ndarray, "triangles"], Float64[np.ndarray, "triangles"]]:
     """Of each triangle a label, equal where smoothing may pass, and the least cosine of a turn that is smooth."""
-    groups = np.array([*map(_group, text.smoothing.texts), _NO_GROUP])[np.append(text.smoothing.text, -1)]
-    faces = len(text.starts) - 1
-    group = groups[text.smoothing.of_faces(faces)][face]
-    objects = text.objects.of_faces(faces)[face]
-    _, label = np.unique(group * (len(text.objects.text) + 1) + objects, return_inverse=True)
+    faces, objects = len(text.starts) - 1, len(text.objects.text)
+    groups = np.array([_group(said) for said in text.smoothing.texts], np.int32)
+    group = text.smoothing.spread(groups[text.smoothing.text], _NO_GROUP, faces)[face]
+    label = group * np.int64(objects + 1) + text.objects.spread(np.arange(objects), -1, faces)[face]
     crease, fold = np.cos(np.radians([CREASE_DEG, FOLD_DEG]))
-    limits = np.select([group == _NO_GROUP, group == _FLAT], [crease, 2.0], fold)
-    return label.astype(np.int32), limits
+    return label, np.select([group == _NO_GROUP, group == _FLAT], [crease, 2.0], fold)
 
 
 def _group(text: str) -> int:
@@ -164,4 +165,4 @@ def _group(text: str) -> int:
     word = (text.split() or ["off"])[0].lower()
     if word in ("off", "null"):
         return _FLAT
-    return min(int(word), 2**31) if word.isdecimal() else 1
+    return min(int(word), 2**31 - 1) if word.isdecimal() else 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int32, Int64, UInt8
+from jaxtyping import Float, Int, Int32, Int64, UInt8
 
 from reflet.errors import RefletError
 from reflet.scene.readers.obj.plain_text import decoded, quoted, read_text_bytes
@@ -43,9 +43,14 @@ class Statements:
     face: Int64[np.ndarray, "statements"]
     place: Int64[np.ndarray, "statements"]
 
-    def of_faces(self, count: int) -> Int64[np.ndarray, "faces"]:
-        """For each of ``count`` faces the number of the statement that holds there, -1 before the first one."""
-        return np.searchsorted(self.face, np.arange(count), side="right") - 1
+    def spread(self, values: Int[np.ndarray, "statements"], before: int, count: int) -> Int32[np.ndarray, "faces"]:
+        """For each of ``count`` faces the value of the statement that holds there, ``before`` where none does yet."""
+        ends = np.append(self.face, count)
+        return np.repeat(np.append(before, values).astype(np.int32), np.diff(ends, prepend=0))
+
+    def holding(self, count: int) -> Int64[np.ndarray, "holding"]:
+        """The numbers of the statements that hold for any of ``count`` faces."""
+        return np.flatnonzero(np.diff(np.append(self.face, count)))
 
 
 @dataclass(frozen=True)
