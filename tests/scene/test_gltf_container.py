@@ -245,6 +245,8 @@ def test_positions_and_normals_that_are_no_numbers(tmp_path):
         ({"count": 2.5}, "count is 2.5, no whole number"),
         ({"byteOffset": 4}, "ends behind buffer view 0, at byte 40 of 36"),
         ({"count": 2}, "TEXCOORD_0 has 3 elements for 2 vertices"),
+        ({"bufferView": None, "count": 10**9}, "accessor 0 has 1000000000 elements and no bytes"),
+        ({"byteOffset": 3 * 10**9}, "ends behind buffer view 0, at byte 3000000036 of 36"),  # files may be that large
         ({"bufferView": 3}, "entry 3 of its 2 bufferViews"),
     ],
 )

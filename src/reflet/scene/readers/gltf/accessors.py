@@ -11,6 +11,7 @@ from reflet.scene.readers.gltf.values import DamagedError, JsonObject, child, in
 
 _DTYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_MOST_ZEROS = 2**26  # elements that no byte of the file stands for
 
 
 class Accessors:
@@ -50,6 +51,8 @@ class Accessors:
             raise DamagedError(f"accessor {index} is of type {str(item.get('type'))[:20]}, not {wanted}")
         dtype, count = _dtype(item), whole(item.get("count"), "count")
         view = index_or_none(item, "bufferView")
+        if view is None and count > _MOST_ZEROS:
+            raise DamagedError(f"accessor {index} has {count} elements and no bytes to read them from")
         if view is None:
             values: np.ndarray = np.broadcast_to(np.zeros(1, dtype), (count, width))
         else:

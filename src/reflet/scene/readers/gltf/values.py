@@ -5,7 +5,7 @@ from typing import Any
 
 JsonObject = dict[str, Any]
 
-_LARGEST = 2**31  # no index, count or offset of a file that fits into memory is larger
+_LARGEST = 2**40  # no index, count or offset of a file that fits into memory is larger
 
 
 class DamagedError(Exception):
@@ -51,7 +51,7 @@ def whole(value: object, what: str) -> int:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= _LARGEST:
-        raise DamagedError(f"{what} is {_shown(value)}, no whole number from 0 to 2³¹")
+        raise DamagedError(f"{what} is {_shown(value)}, no whole number from 0 to 2⁴⁰")
     return value
 
 
