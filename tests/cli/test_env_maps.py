@@ -14,6 +14,7 @@ from PIL import Image
 from reflet.cli import main as command_line
 from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.facts import facts
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
 from reflet.files.pictures.exr import read_exr, write_exr
@@ -271,10 +272,19 @@ def test_suns_that_a_texture_cannot_hold_are_said(tmp_path: Path, capsys: pytest
     sun = np.ones((16, 32, 3), np.float32)
     sun[3, 5] = 90000.0
     write_exr(tmp_path / "sun.exr", sun)
-    for texel_format, most in (("half", "65504"), ("rgb9e5", "65408"), ("r11g11b10f", "64512")):
+    before = facts(read_env_image(tmp_path / "sun.exr")).power
+    # Of 90,000 and the 515 that all others send. What is held is rounded to 11 bits of mantissa, 9 and 5 or 6.
+    formats = (("half", "65504", "27", 2**-11), ("rgb9e5", "65408", "27", 2**-9), ("r11g11b10f", "64512", "28", 2**-6))
+    for texel_format, most, share, rounding in formats:
         assert reflet("convert", tmp_path / "sun.exr", tmp_path / "a.ktx2", "--texel-format", texel_format) == 0
         err = capsys.readouterr().err
-        assert len(err.splitlines()) == 1 and f"1 texels of up to 90000 are cut at {most}" in err
+        assert len(err.splitlines()) == 1 and f"{share} % of the light" in err and f"({most})" in err
+        np.testing.assert_allclose(facts(read_env_image(tmp_path / "a.ktx2")).power, before, rtol=rounding)
+    assert reflet("convert", tmp_path / "sun.exr", tmp_path / "c.exr", "--texel-format", "half") == 0
+    assert "27 % of the light" in capsys.readouterr().err
+    np.testing.assert_allclose(facts(read_env_image(tmp_path / "c.exr")).power, before, rtol=2**-11)
+    assert reflet("convert", tmp_path / "sun.exr", tmp_path / "a.png") == 0
+    assert "99 % of the light is above 1" in capsys.readouterr().err
     for out, *options in (("a.ktx2", "--texel-format", "float"), ("b.exr",), ("a.hdr",)):
         assert reflet("convert", tmp_path / "sun.exr", tmp_path / out, *options) == 0
         assert capsys.readouterr().err == ""

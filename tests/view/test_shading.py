@@ -13,10 +13,13 @@ import pytest
 from browser import draw, drive, need_built_viewer
 
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.facts import facts
+from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.envmap.parameterizations.octahedral import Octahedral
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
+from reflet.files.env_image_file import read_env_image
 from reflet.files.measured_brdf_file import read_measured_brdf, write_measured_brdf
 from reflet.npr.drawing import drawn_levels
 from reflet.npr.drawings import drawing
@@ -262,3 +265,18 @@ def test_what_the_viewer_cannot_show_is_one_sentence(tmp_path):
         write_shaded_scene(tmp_path, torus_mesh(), None, Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 3.0), [MapMaterial()])
     assert not (tmp_path / "scene.gltf").exists()
     assert material_to_json(Mirror()) == {"kind": "mirror", "reflectance": [1.0, 1.0, 1.0]}
+
+
+def test_a_sun_beyond_half_floats_keeps_its_light_in_the_files(tmp_path):
+    """What the browser uploads are these files' half floats as they are."""
+    texels = np.full((1, 128, 256, 3), 0.5, np.float32)
+    texels[0, 40:42, 100:103] = 3e6
+    image = EnvImage(PARAMETERIZATIONS["latlong"], texels)
+    with pytest.warns(RefletWarning, match="none is lost") as said:
+        write_shaded_scene(tmp_path, torus_mesh(), image, Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 3.0), [Coated(1.5)])
+    assert len(said) == 1
+    cube, before = facts(read_env_image(tmp_path / "maps/environment.ktx2")), facts(image)
+    np.testing.assert_allclose(cube.power, before.power, rtol=1e-3)  # half floats' 2⁻¹¹, and as much for resampling
+    assert np.linalg.norm(np.subtract(cube.dominant, before.dominant)) < 0.5 * np.pi / 128  # half a texel
+    diffuse = facts(read_env_image(tmp_path / "maps/diffuse.ktx2"))
+    np.testing.assert_allclose(diffuse.power, before.power, rtol=2e-3)  # and of prefiltered ones

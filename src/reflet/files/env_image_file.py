@@ -27,6 +27,7 @@ from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.repair import flaws_of, repaired
 from reflet.envmap.resampling.padding import with_corners
+from reflet.envmap.resampling.spread_light import warn_of_cut
 from reflet.errors import RefletError, RefletWarning
 from reflet.files.atomic import atomic_path
 from reflet.files.file_facts import FileFacts
@@ -46,6 +47,7 @@ from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
     as_radiance,
     as_text,
+    holdable,
     kind_of_texture,
     levels_in_texture,
     texture_from_levels,
@@ -277,10 +279,12 @@ def write_env_image(
 
     .ktx2, .ktx and .dds take all ``levels``, finest first, as "half" (the default), "float", "rgb9e5" or "r11g11b10f";
     .ktx2 packed by Zstandard if ``zstd``. Other files take one level: .hdr; .exr as "float" (the default) or "half";
-    .png, clipped to [0, 1] and sRGB-encoded. ``layout`` is how the faces of a cube lie in it: vertical-strip (the
-    default), horizontal-strip, vertical-cross or horizontal-cross; a ``path`` with ``{face}`` in its name is six files,
-    px nx py ny pz nz. For .exr it may be "openexr": lat-long maps and cubes as OpenEXR lays them out, marked by its
-    ``envmap`` attribute.
+    .png, clipped to [0, 1] and sRGB-encoded, with a RefletWarning that says what share of the light that costs. Light
+    too bright for half floats and packed ones is spread (`holdable`).
+
+    ``layout`` is how the faces of a cube lie in a picture: vertical-strip (the default), horizontal-strip,
+    vertical-cross or horizontal-cross; a ``path`` with ``{face}`` in its name is six files, px nx py ny pz nz. For .exr
+    it may be "openexr": lat-long maps and cubes as OpenEXR lays them out, marked by its ``envmap`` attribute.
 
     Texels are linear radiance in floats of any width, of 3 channels or 4 with alpha, in any order in memory; integers
     are refused, for they might be meant as sRGB. Raises RefletError for others, where radiance is not finite as
@@ -305,7 +309,12 @@ def write_env_image(
         raise RefletError(f"{path} can hold one mip level, not {len(levels)}; leave them out or write .ktx2.")
     if texel_format not in (None, "float", "half") or (texel_format is not None and suffix != ".exr"):
         raise RefletError(f"{path} cannot be stored as {texel_format}; textures can, and .exr as float or half.")
-    _write_picture(path, levels[0], layout, half=texel_format == "half")
+    image = levels[0]
+    if texel_format == "half":
+        (image,) = holdable([image], "half")
+    _write_picture(path, image, layout, half=texel_format == "half")
+    if suffix == ".png":
+        warn_of_cut(image)
 
 
 def _as_float32(path: Path, level: EnvImage) -> EnvImage:

@@ -36,6 +36,7 @@ from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.fingerprint import fingerprint
+from reflet.scene.holdable_light import with_holdable_light
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -76,12 +77,14 @@ def bake(
     (by default about as many texels in all as a cube of 256), those of local ones ``local_size`` (by default half as
     many: they hold less, and finer ones show other viewpoints worse). They are inferred for ``sample_count``
     sub-samples a pixel from layers traced at ``spp`` samples a pixel. ``distant`` and ``local`` name geometries
-    (`reflet.envmap.geometry`). ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError
-    for anything that can be put right.
+    (`reflet.envmap.geometry`). An environment too bright for half floats is dealt with as `with_holdable_light` says.
+    ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
+    right.
     """
     for kind in (distant, local):
         if kind not in KINDS:
             raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
+    scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)
     em_size = em_size or default_size(laid_out)
     chains = {"distant": MipChain(em_size, laid_out), "local": MipChain(local_size or max(em_size // 2, 1), laid_out)}

@@ -1,7 +1,5 @@
 """From one environment map file to another: read, resample, filter mip levels, write."""
 
-import warnings
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +11,13 @@ from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.turned import turned
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT, Rotation, turn_about_vertical
 from reflet.envmap.sampling import valid_texels
-from reflet.errors import RefletError, RefletWarning
+from reflet.errors import RefletError
 from reflet.files.env_image_file import read_levels, write_env_image
-from reflet.files.textures.packed_floats import R11G11B10_MAX, RGB9E5_MAX
-from reflet.files.textures.texel_formats import HALF_MAX
+from reflet.files.textures.env_texture import holdable
 from reflet.progress import ProgressCallback, silent
 
 WITH_MIP_LEVELS = (".ktx2", ".ktx", ".dds")  # formats of textures, which come with their mip levels
 LARGEST = 16384  # rows of a face: graphics systems take no larger textures
-_MOST = {"half": HALF_MAX, "rgb9e5": RGB9E5_MAX, "r11g11b10f": min(R11G11B10_MAX)}  # radiance that texels hold
 
 
 def convert(
@@ -106,38 +102,24 @@ def write_levels(
 ) -> None:
     """Writes the finest level alone, or all, which are filtered from it where there is only that one.
 
-    Warns where a texture's format cuts the radiance.
+    Light that a texture's format cannot hold is spread before, so that all levels show the same (`holdable`).
     """
-    if not with_mips:
-        levels = levels[:1]
-    elif len(levels) == 1:
+    levels = as_held(out, levels if with_mips else levels[:1], texel_format)
+    if with_mips and len(levels) == 1:
         if _odd(levels[0].size):
             raise RefletError(
                 f"Mip levels need a size that is a power of two, not {levels[0].size}; choose one or leave them out "
                 "(--no-mips)."
             )
         levels = mip_images(levels[0])
-    warn_of_format(out, levels, texel_format)
     write_env_image(out, levels, layout, texel_format=texel_format, zstd=zstd)
 
 
-def warn_of_format(out: str | Path, levels: Sequence[EnvImage], texel_format: str | None) -> None:
-    """Warns where the texels of a texture's file, by default half, cut the radiance."""
-    stored_as = texel_format or "half"
-    if Path(out).suffix.lower() in WITH_MIP_LEVELS and stored_as in _MOST:
-        warn_of_clipping(out, levels, _MOST[stored_as], stored_as, "store them as float, or in .exr")
-
-
-def warn_of_clipping(out: str | Path, levels: Sequence[EnvImage], most: float, texel_format: str, instead: str) -> None:
-    """Warns where radiance is beyond what the format holds."""
-    cut = sum(int((level.texels.max(-1) > most).sum()) for level in levels)
-    if cut:
-        brightest = max(float(level.texels.max()) for level in levels)
-        warnings.warn(
-            f"{out}: {cut} texels of up to {brightest:.6g} are cut at {most:.0f}, {texel_format}'s most; {instead}.",
-            RefletWarning,
-            stacklevel=2,
-        )
+def as_held(out: str | Path, levels: tuple[EnvImage, ...], texel_format: str | None) -> tuple[EnvImage, ...]:
+    """The levels as the texels of a texture's file, by default half floats, can hold them; others as they are."""
+    if Path(out).suffix.lower() not in WITH_MIP_LEVELS:
+        return levels
+    return holdable(levels, texel_format or "half")
 
 
 def _odd(size: int) -> bool:

@@ -5,13 +5,12 @@ from pathlib import Path
 
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
-from reflet.envmap.resampling.resample import resample
+from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.env_image_file import write_env_image
 from reflet.files.textures.filament import quarter_turned, write_filament_cube, write_harmonics_text
-from reflet.files.textures.texel_formats import HALF_MAX
-from reflet.pipelines.convert import warn_of_clipping
+from reflet.files.textures.packed_floats import R11G11B10_MAX
 from reflet.pipelines.prefilter import read_environment_image
 from reflet.progress import ProgressCallback, silent
 from reflet.reflectance.brdfs.lambert import DiffuseKernel
@@ -22,7 +21,6 @@ from reflet.reflectance.prefilter.sheen_levels import sheen_levels
 
 ENGINES = ("gltf", "filament")
 _DIFFUSE_SIZE = 64
-_R11_MAX = 64512.0  # of R11G11B10F's blue, the least
 
 
 def engine_maps(
@@ -67,8 +65,7 @@ def _gltf(
     rows = min(size, _DIFFUSE_SIZE)
     write_env_image(diffuse, [Prefilter(image).map(DiffuseKernel(), CUBE, rows, _stage("diffuse", progress))])
     levels = ggx_levels(image, CUBE, size, count, progress=_stage("ggx", progress))
-    warn_of_clipping(paths[1], levels, HALF_MAX, "half", "dim the environment")
-    write_env_image(specular, levels)
+    write_env_image(specular, held(levels, HALF_MAX, "half floats", DIMMED))
     write_env_image(sheen, sheen_levels(image, CUBE, size, count, progress=_stage("sheen", progress)))
     return paths
 
@@ -87,9 +84,9 @@ def _filament(
     image = quarter_turned(read_environment_image(source, source_is, progress))
     irradiance = irradiance_harmonics(image)
     levels = ggx_levels(image, CUBE, size, scale=FILAMENT, progress=_stage("ggx", progress))
-    warn_of_clipping(paths[0], levels, _R11_MAX, "R11G11B10F", "dim the environment")
+    levels = held(levels, min(R11G11B10_MAX), "R11G11B10F", DIMMED)
     write_filament_cube(ibl, levels, irradiance)
-    write_filament_cube(skybox, [resample(image, CUBE, size)])
+    write_filament_cube(skybox, levels[:1])
     write_harmonics_text(text, irradiance)
     return paths
 

@@ -18,7 +18,7 @@ from reflet.files.atomic import atomic_path, check_writable
 from reflet.files.env_image_file import read_env_image, write_env_image
 from reflet.files.harmonics_file import write_harmonics
 from reflet.files.pictures.picture_file import WRITTEN
-from reflet.pipelines.convert import WITH_MIP_LEVELS, check_size, warn_of_format, write_levels
+from reflet.pipelines.convert import WITH_MIP_LEVELS, as_held, check_size, write_levels
 from reflet.progress import ProgressCallback, silent
 from reflet.reflectance.brdfs.charlie import CharlieKernel
 from reflet.reflectance.brdfs.ggx import GgxKernel
@@ -132,7 +132,7 @@ def prefilter(
         with_mips = suffix in WITH_MIP_LEVELS if mips is None else mips
         write_levels(out, levels, with_mips, layout=layout, texel_format=texel_format, zstd=zstd)
     elif each:
-        warn_of_format(out, levels, texel_format)
+        levels = as_held(out, levels, texel_format)
         with ExitStack() as all_or_none:
             for number, level in enumerate(levels):
                 name = all_or_none.enter_context(atomic_path(out.with_name(out.name.replace(LEVEL, str(number)))))

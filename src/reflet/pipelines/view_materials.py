@@ -11,6 +11,7 @@ from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
+from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_env_image
 from reflet.pipelines.shade import frame_mesh, load_mesh, surface_material
@@ -79,7 +80,9 @@ def write_materials_view(
                 shown.append(material)
     shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
     lit = environment is not None and not any(name.startswith("map:") for name in materials)
-    image = read_env_image(environment, source_is) if lit and environment is not None else None
+    image = None
+    if lit and environment is not None:
+        (image,) = held([read_env_image(environment, source_is)], HALF_MAX, "the viewer", DIMMED)
     write_shaded_scene(
         folder,
         shape,

@@ -18,6 +18,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
+from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held, spread_light
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 from reflet.files.textures.ktx2 import write_ktx2
@@ -80,11 +81,14 @@ def write_shaded_scene(
     ``materials`` are what the viewer offers first of their kind, each a material or the name of one of ``maps`` or of
     ``tables``: BRDFs by the maps of their lobes, filtered from this environment. It opens with the first. The
     environment, by default a plain white one, becomes a cube of about its own texels, of 64 to ``largest`` rows.
+    Light that is too bright for half floats is spread (`spread_light`).
+
     Raises RefletError for radiance that is negative or not finite, and for materials that have no form in the viewer.
     """
     folder = Path(folder)
     maps, tables = maps or {}, tables or {}
     shown = environment or EnvImage(CUBE, np.ones((6, 1, 1, 3), np.float32))
+    (shown,) = held([shown], HALF_MAX, "the viewer", DIMMED)
     cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
     buffer = BufferWriter(_BUFFER)
     size = max(min(cube.size, _LARGEST_GGX), 32)
@@ -108,7 +112,7 @@ def write_shaded_scene(
             {
                 "name": name,
                 "lookup": item.lookup.name.lower(),
-                **_write_map(folder, f"map-{slug(name)}", item.levels),
+                **_write_map(folder, f"map-{slug(name)}", held(item.levels, HALF_MAX, "the viewer", DIMMED)),
             }
             for name, item in maps.items()
         ],
@@ -168,6 +172,7 @@ def _metals(materials: Sequence[SurfaceMaterial | str]) -> list[dict[str, Any]]:
 
 
 def _write_map(folder: Path, name: str, levels: Sequence[EnvImage]) -> dict[str, Any]:
+    levels = [spread_light(level, HALF_MAX).image for level in levels]  # resampled suns may come out a little brighter
     finest = levels[0]
     uri = f"maps/{name}.ktx2"
     texels = np.concatenate([level.texels[..., :3].reshape(-1, 3) for level in levels])

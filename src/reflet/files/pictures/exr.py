@@ -11,6 +11,7 @@ import numpy as np
 import OpenEXR
 from jaxtyping import Float, Float32
 
+from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.pictures.exr_layers import ExrLayer, chosen_layer
@@ -24,7 +25,6 @@ Layout = Literal["latlong", "cube"]
 _CHANNELS = {1: "Y", 3: "RGB", 4: "RGBA"}
 _SPARSEST = 16  # a display window of more than this many data windows is a mistake
 _LARGEST_TILE = 2**20  # pixels, unless the picture is large itself
-_LARGEST_HALF = 65504.0
 
 
 def write_exr(
@@ -41,7 +41,7 @@ def write_exr(
     the file cannot be written, or if half floats cannot hold the radiance.
     """
     name = _CHANNELS[image.shape[2]]
-    if half and np.abs(image[np.isfinite(image)]).max(initial=0.0) > _LARGEST_HALF:
+    if half and np.abs(image[np.isfinite(image)]).max(initial=0.0) > HALF_MAX:
         raise RefletError(
             f"{path} cannot be written in half floats, which end at 65504; write 32-bit floats (--texel-format float)."
         )

@@ -10,8 +10,10 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.map_kinds import expected_shape, unknown_kind
+from reflet.files.textures.packed_floats import R11G11B10_MAX, RGB9E5_MAX
 from reflet.files.textures.texel_formats import TEXEL_FORMATS
 from reflet.files.textures.texture import Texture
 
@@ -25,6 +27,11 @@ _FORMATS = {
 }
 TEXEL_FORMAT_CHOICES = tuple(_FORMATS)
 """What textures can be written in."""
+_MOST = {
+    "half": (HALF_MAX, "half floats"),
+    "rgb9e5": (RGB9E5_MAX, "rgb9e5"),
+    "r11g11b10f": (min(R11G11B10_MAX), "r11g11b10f"),
+}
 
 
 def metadata_of(laid_out: Parameterization) -> dict[str, bytes]:
@@ -32,10 +39,19 @@ def metadata_of(laid_out: Parameterization) -> dict[str, bytes]:
     return {"KTXorientation": b"rd", "KTXwriter": b"reflet", KEY: laid_out.name.encode()}
 
 
+def holdable(levels: Sequence[EnvImage], texel_format: str) -> tuple[EnvImage, ...]:
+    """The levels with light that is too bright for ``texel_format`` spread, and a RefletWarning where there was any."""
+    if texel_format not in _MOST:
+        return tuple(levels)
+    most, name = _MOST[texel_format]
+    return held(levels, most, name, "Stored as float (--texel-format float) it stays as it is.")
+
+
 def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", *, zstd: bool = False) -> Texture:
     """The levels encoded as ``texel_format``, one of `TEXEL_FORMAT_CHOICES`; three channels in four get alpha 1.
 
-    Raises RefletError for alpha in a format that holds none, and where each level is not half the one before.
+    Light that is too bright for the format is spread (`holdable`). Raises RefletError for alpha in a format that holds
+    none, and where each level is not half the one before.
     """
     finest = levels[0]
     channels = finest.texels.shape[3]
@@ -49,6 +65,7 @@ def texture_from_levels(levels: Sequence[EnvImage], texel_format: str = "half", 
     for k, level in enumerate(levels):
         if (level.parameterization, level.size) != (finest.parameterization, max(finest.size >> k, 1)):
             raise RefletError(f"Mip level {k} should be half of level {k - 1}, not {level.size} rows.")
+    levels = holdable(levels, texel_format)
     return Texture(
         form,
         finest.size,
@@ -71,7 +88,8 @@ def texture_from_maps(maps: Sequence[Sequence[EnvImage]], texel_format: str = "h
 
     Raises RefletError as `texture_from_levels` does.
     """
-    textures = [texture_from_levels(levels, texel_format, zstd=zstd) for levels in maps]
+    each = iter(holdable([level for levels in maps for level in levels], texel_format))
+    textures = [texture_from_levels([next(each) for _ in levels], texel_format, zstd=zstd) for levels in maps]
     levels = zip(*(texture.levels for texture in textures), strict=True)
     return replace(textures[0], is_cube=False, levels=tuple(np.concatenate(level) for level in levels))
 

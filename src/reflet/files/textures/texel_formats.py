@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, UInt8
 
+from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.files.textures.packed_floats import decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5
 
-HALF_MAX = 65504.0
 FLOAT_MAX = float(np.finfo(np.float32).max)
 
 Stored = UInt8[np.ndarray, "images bytes"]

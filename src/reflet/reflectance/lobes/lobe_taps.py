@@ -12,7 +12,8 @@ that distance; rings and blurs from a search over them. Manson and Sloan [Manson
 face and tabulate polynomials. We read a pyramid whose texels are nearly of one size instead (`probe_filter.wgsl`): a
 lobe's taps are the same everywhere, and any kernel's are found in a tenth of a second.
 
-Blurs are kept narrower than the lobe, for a level's texels are no true blurs, but depend on how they lie to the tap.
+Blurs are kept narrower than the lobe, for a level's texels are no true blurs, but depend on how they lie to the tap;
+the middle's most of all, which is one tap, where eight of a ring's level each other out.
 """
 
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ RINGS, PER_RING = 6, 8  # many rings of few taps: tails of narrow lobes reach ov
 MOST_TAPS = 64  # that shaders have room for
 _LEAST_BLUR = 0.5  # of the step from tap to tap: such blurs join to a ring
 _MOST_BLUR = 0.45  # of a ring's angle, or the lobe's half width at half height
+_MOST_MIDDLE = 0.2  # of the half width: a wider one would make most of the peak alone, which then depends on its place
 _WIDEST_BLUR = 0.235  # radians: of levels down to four texels to a right angle (0.6 texels); below, they are no blurs
 _PHONG_PER_RING = 12
 _PHONG_RING, _PHONG_BLUR = np.array([0.0, 0.62, 1.05, 1.54]), np.array([0.38, 0.37, 0.51, 0.69])  # of exponent 100
@@ -96,6 +98,7 @@ class RingSearch:
         """Angles and blurs, the middle's first, within the limits of the module."""
         angle = np.concatenate([[0.0], np.minimum(np.cumsum(np.exp(free[:RINGS])), 3.0)])
         most = np.minimum(_WIDEST_BLUR, np.maximum(_MOST_BLUR * angle, _MOST_BLUR * self._half_width))
+        most[0] = min(most[0], _MOST_MIDDLE * self._half_width)
         least = np.minimum(_LEAST_BLUR * 2.0 * np.pi / PER_RING * angle, most)
         return angle, np.clip(np.exp(free[RINGS:]), least, most)
 

@@ -9,10 +9,10 @@ from jaxtyping import Float, Shaped
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.shaders.link import link
 
-LARGEST_HALF = 65504.0
 _USAGE = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
 
 
@@ -104,7 +104,7 @@ def write_map(
 def half_texels(texels: Float[np.ndarray, "texels channels"]) -> Float[np.ndarray, "texels 4"]:
     """Texels as the device holds them: half float, four channels, alpha 1 where there was none."""
     out = np.ones((len(texels), 4), np.float16)
-    out[:, : texels.shape[1]] = np.clip(texels, -LARGEST_HALF, LARGEST_HALF)
+    out[:, : texels.shape[1]] = np.clip(texels, -HALF_MAX, HALF_MAX)
     return out
 
 

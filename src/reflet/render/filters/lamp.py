@@ -5,6 +5,7 @@ import wgpu
 
 from reflet.envmap.lamp import Lamp
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.render.device.face_passes import FacePasses, one_level
 from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map
@@ -28,13 +29,19 @@ class LampPainter:
     def paint(self, encoder: wgpu.GPUCommandEncoder, source: EnvMapTexture, lamp: Lamp) -> EnvMapTexture:
         """The passes that do so; the same texture every time. One lamp a submission.
 
-        Raises RefletError for sources of another size or kind, or without all mip levels.
+        Raises RefletError for sources of another size or kind, or without all mip levels, and for lamps brighter than
+        half floats can be.
         """
         size, levels = self._result.size, self._result.texture.mip_level_count
         if not source.by_hardware or (source.size, source.texture.mip_level_count) != (size, levels):
             raise RefletError(
                 f"A lamp is painted into half-float cubes of {size} rows with {levels} levels, not into a "
                 f"{source.parameterization} map of {source.size} rows in {source.texture.format}; warp it to a cube."
+            )
+        if max(lamp.radiance) > HALF_MAX:
+            raise RefletError(
+                f"A lamp on the device is at most {HALF_MAX:.0f} bright, not {max(lamp.radiance):g}; make it wider "
+                "instead (radius_deg)."
             )
         uniform = np.zeros((), _UNIFORM)
         uniform["direction"], uniform["square_chord"] = lamp.unit_direction, lamp.square_chord

@@ -7,6 +7,7 @@ from reflet.envmap.lamp import Lamp
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
+from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.reflectance.brdfs.phong import PhongKernel
 from reflet.reflectance.lobes.lobe_taps import phong_taps
@@ -20,7 +21,7 @@ from reflet.render.filters.phong_paraboloid import PhongParaboloidFilter
 from reflet.render.filters.probe_filter import ProbeFilter
 from reflet.render.filters.probe_pyramid import FILLED, DeviceLobes, ProbePyramid
 from reflet.render.maps.device_maps import DeviceMaps
-from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
+from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map, write_levels
 from reflet.render.maps.map_levels import MapLevels
 from reflet.render.meshes.warp import Warp
 
@@ -38,7 +39,7 @@ class LiveEnvironment:
     a second, to find its taps, and each measured one, of which the last is remembered, a tenth a slice.
 
     ``size`` rows (a power of two from 16 on) has the cube that is filtered. An environment that is no half-float cube
-    is drawn as one first. Memory: some 400·size² bytes.
+    becomes one first: images by `resample`, which keeps suns whole, textures by `Warp`. Memory: some 400·size² bytes.
     """
 
     def __init__(self, size: int = 128, device: wgpu.GPUDevice | None = None, by_paraboloids: bool = False) -> None:
@@ -70,11 +71,18 @@ class LiveEnvironment:
     def show(self, environment: EnvMapTexture | EnvImage, lamp: Lamp | None = None) -> None:
         """What surrounds all from now on: on the device, as `EnvironmentCapture` or `Warp` draw it, with mip levels.
 
-        A texture whose texels have changed is shown again. An image is uploaded. A ``lamp`` is added to a half-float
+        A texture whose texels have changed is shown again. An image is uploaded; light that is too
+        bright for half floats is spread (`spread_light`). A ``lamp`` is added to a half-float
         cube as it is, to anything else as the cube that is filtered.
         """
-        self._shown = _uploaded(self.device, environment) if isinstance(environment, EnvImage) else environment
         self._done.clear()
+        if isinstance(environment, EnvImage):
+            image = _whole(environment)
+            self._shown = upload_env_map(self.device, mip_images(image))
+            write_levels(self._drawn, mip_images(resample(image, CUBE, self._drawn.size)))
+            self._done.add("cube")
+        else:
+            self._shown = environment
         if lamp is not None:
             encoder = self.device.create_command_encoder()
             cube = self._cube(encoder)
@@ -155,7 +163,8 @@ class LiveEnvironment:
         return new
 
 
-def _uploaded(device: wgpu.GPUDevice, image: EnvImage) -> EnvMapTexture:
-    whole = 1 << (image.size.bit_length() - 1)  # rows that can be halved to the end
+def _whole(image: EnvImage) -> EnvImage:
+    """The image with rows that can be halved to the end, and with light that half floats hold."""
+    whole = 1 << (image.size.bit_length() - 1)
     fitting = image if image.size == whole else resample(image, image.parameterization, whole)
-    return upload_env_map(device, mip_images(fitting))
+    return held([fitting], HALF_MAX, "a live environment", DIMMED)[0]

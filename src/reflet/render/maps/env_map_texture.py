@@ -95,18 +95,25 @@ def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMap
     half = finest.texels.dtype == np.float16
     mip_count, texture_format = len(levels) // a_size, HALF if half else FULL
     env_map = create_env_map(device, finest.parameterization, finest.size, mip_count, texture_format, map_count=a_size)
+    env_map = replace(env_map, levels_a_size=a_size)
+    write_levels(env_map, levels)
+    return env_map
+
+
+def write_levels(env_map: EnvMapTexture, levels: Sequence[EnvImage]) -> None:
+    """Fills a map with all its levels, finest first. Half-float ones hold no more than 65504."""
+    dtype = np.float16 if env_map.texture.format == HALF else np.float32
     for number, level in enumerate(levels):
         faces, rows, columns, channels = level.texels.shape
-        texels = np.ones((faces, rows, columns, 4), np.float16 if half else np.float32)
-        texels[..., :channels] = level.texels
-        mip_level, of_size = divmod(number, a_size)
-        device.queue.write_texture(
+        texels = np.ones((faces, rows, columns, 4), dtype)
+        texels[..., :channels] = np.minimum(level.texels, np.finfo(dtype).max)
+        mip_level, of_size = divmod(number, env_map.levels_a_size)
+        env_map.device.queue.write_texture(
             {"texture": env_map.texture, "mip_level": mip_level, "origin": (0, 0, of_size * faces)},
             texels,
             {"bytes_per_row": texels.strides[1], "rows_per_image": rows},
             (columns, rows, faces),
         )
-    return replace(env_map, levels_a_size=a_size)
 
 
 def env_map_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:

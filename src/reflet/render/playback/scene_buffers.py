@@ -8,8 +8,9 @@ import wgpu
 
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.device.textures import LARGEST_HALF, create_map_array, map_array_view, upload_picture
+from reflet.render.device.textures import create_map_array, map_array_view, upload_picture
 from reflet.render.playback.layouts import (
     DOUBLE_SIDED,
     FRAME,
@@ -189,5 +190,5 @@ def _environment(scene: Scene) -> np.ndarray:
         return np.zeros((1, 1, 4), np.float16)
     radiance = scene.environment.radiance
     out = np.ones((*radiance.shape[:2], 4), np.float16)
-    out[..., :3] = np.clip(radiance, 0.0, LARGEST_HALF)
+    out[..., :3] = np.clip(radiance, 0.0, HALF_MAX)
     return out
