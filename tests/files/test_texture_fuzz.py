@@ -2,6 +2,7 @@
 
 import struct
 import tracemalloc
+import zlib
 
 import numpy as np
 import pytest
@@ -33,6 +34,22 @@ def valid_files(suffix, folder):
     for texture in textures:
         WRITE[suffix](folder / f"valid{suffix}", texture)
         yield (folder / f"valid{suffix}").read_bytes()
+    if suffix == ".ktx2":
+        yield zlib_file(folder)
+
+
+def zlib_file(folder):
+    """The packed texture with its levels deflated."""
+    path = folder / "valid.ktx2"
+    write_texture = WRITE[".ktx2"]
+    texture = random_texture("r11g11b10f", 4, 8)
+    write_texture(path, texture)
+    data = bytearray(path.read_bytes())
+    (at,) = struct.unpack_from("<Q", data, 80)
+    packed = zlib.compress(texture.levels[0].tobytes())
+    struct.pack_into("<Q", data, 88, len(packed))
+    data[44] = 3
+    return bytes(data[:at]) + packed
 
 
 def with_other_numbers(data, header, skip):

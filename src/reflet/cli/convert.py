@@ -40,8 +40,8 @@ def convert(
 ) -> None:
     """Reads IN, resamples it with a filter that keeps its energy, and writes OUT.
 
-    Formats go by suffix: .hdr .exr .png .jpg .ktx2 .ktx .dds. Six files of a cube are a folder, or a name with {face}
-    in it, which stands for px nx py ny pz nz.
+    Formats go by suffix: .hdr .exr .png .jpg .ktx2 .ktx .dds. Six files of a cube are a folder, any one
+    of them, or a name with {face} in it, which stands for px nx py ny pz nz.
 
     \b
     Examples:
