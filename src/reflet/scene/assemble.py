@@ -6,6 +6,7 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 
 import numpy as np
+from jaxtyping import Bool, Float32, UInt32
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.material import EnvironmentLight
@@ -21,6 +22,8 @@ MIRROR_ROUGHNESS = 0.3
 TOUCHING = 0.04
 """Parts that come closer than this share of the smaller one's diagonal form one object. A lid lies loosely in its rim
 (the Newell teapot's leaves 2.4 % of the lid's diagonal), and mirrors so close show each other more than all else."""
+
+_BLOCK = 16384  # rows at a time in float64, so that a large mesh needs no second copy of itself in memory
 
 
 def assemble(
@@ -59,39 +62,60 @@ def _checked(part: Part) -> Part | None:
         raise RefletError(
             f"Part {part.name} refers to vertex {mesh.triangles.max()} of {len(mesh.positions)}; export it again."
         )
-    corners = mesh.positions[mesh.triangles].reshape(-1, 3)
-    normals, areas = face_normals(corners)
-    # below (1e-7 of the extent)², the rounding of float32 positions, a triangle has no plane to speak of
-    extent = np.linalg.norm(np.ptp(corners.astype(np.float64), axis=0))
-    kept = areas > (1e-7 * extent) ** 2
+    kept = _with_area(mesh)
     if not kept.all():
         dropped = f"Part {part.name} has {np.count_nonzero(~kept)} triangles without area; they are dropped."
         warnings.warn(dropped, RefletWarning, stacklevel=4)
     if not kept.any():
         return None
-    triangles = mesh.triangles[kept]
+    triangles = mesh.triangles if kept.all() else mesh.triangles[kept]
     seen = np.zeros(len(mesh.positions), bool)
     seen[triangles] = True
-    used = np.flatnonzero(seen)
-    triangles = (np.cumsum(seen, dtype=np.uint32) - np.uint32(1))[triangles]
-    vertex_normals = mesh.normals[used].astype(np.float64)
-    length = np.linalg.norm(vertex_normals, axis=1)
-    flat = length < 1e-6
-    if flat.any():  # normals of no length: those of any face at the vertex
-        vertex_normals[triangles.ravel()[::-1]] = np.where(
-            flat[triangles.ravel()[::-1], None],
-            np.repeat(normals[kept], 3, axis=0)[::-1],
-            vertex_normals[triangles.ravel()[::-1]],
-        )
-        length = np.linalg.norm(vertex_normals, axis=1)
+    used: slice | np.ndarray = slice(None)
+    if not seen.all():
+        used = np.flatnonzero(seen)
+        triangles = (np.cumsum(seen, dtype=np.uint32) - np.uint32(1))[triangles]
+    positions = np.ascontiguousarray(mesh.positions[used], np.float32)
     clean = Mesh(
-        positions=np.ascontiguousarray(mesh.positions[used], np.float32),
-        normals=(vertex_normals / length[:, None]).astype(np.float32),
+        positions=positions,
+        normals=_unit_normals(mesh.normals[used], positions, triangles),
         triangles=triangles,
         uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[used], np.float32),
         tangents=None if mesh.tangents is None else np.ascontiguousarray(mesh.tangents[used], np.float32),
     )
     return replace(part, mesh=clean)
+
+
+def _with_area(mesh: Mesh) -> Bool[np.ndarray, "triangles"]:
+    """Which triangles have a plane to speak of: more than (1e-7 of the extent)², the rounding of float32 positions."""
+    areas = np.empty(len(mesh.triangles))
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for start in range(0, len(mesh.triangles), _BLOCK):
+        corners = mesh.positions[mesh.triangles[start : start + _BLOCK].ravel()]
+        areas[start : start + _BLOCK] = face_normals(corners)[1]
+        low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+    return areas > (1e-7 * np.linalg.norm(high - low)) ** 2
+
+
+def _unit_normals(
+    normals: Float32[np.ndarray, "vertices 3"],
+    positions: Float32[np.ndarray, "vertices 3"],
+    triangles: UInt32[np.ndarray, "triangles 3"],
+) -> Float32[np.ndarray, "vertices 3"]:
+    """Normals of unit length; where they have none, that of the first face at the vertex."""
+    unit = np.empty_like(normals)
+    flat = np.zeros(len(normals), bool)
+    for start in range(0, len(normals), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        given = normals[block].astype(np.float64)
+        length = np.linalg.norm(given, axis=1, keepdims=True)
+        flat[block] = length[:, 0] < 1e-6
+        unit[block] = given / np.where(length < 1e-6, 1.0, length)
+    if flat.any():
+        corner = triangles.ravel()
+        last_first = np.flatnonzero(flat[corner])[::-1]
+        unit[corner[last_first]] = face_normals(positions[triangles[last_first // 3].ravel()])[0]
+    return unit
 
 
 def _uniquely_named(parts: Sequence[Part]) -> list[Part]:

@@ -60,11 +60,8 @@ def placed(vertices: Vertices, world_from_node: Float[np.ndarray, "4 4"]) -> Ver
     sign = -1.0 if mirrored else 1.0
     cofactors = sign * cofactors
     positions, normals, tangents = _empty_like(vertices)
-    if np.array_equal(world_from_node, np.eye(4)):
-        positions = vertices.positions
     for block in _blocks(len(positions)):
-        if positions is not vertices.positions:
-            positions[block] = _mapped(linear, vertices.positions[block]) + shift
+        positions[block] = _mapped(linear, vertices.positions[block]) + shift
         if vertices.normals is not None and normals is not None:
             normals[block] = _unit(_mapped(cofactors, vertices.normals[block]))
         if vertices.tangents is not None and tangents is not None:

@@ -109,6 +109,7 @@ class Primitives:
         if not np.isfinite(uv).all():
             notes.add("texture coordinates that are no numbers count as 0", "primitives", key, name)
             uv = np.nan_to_num(uv, nan=0.0, posinf=0.0, neginf=0.0)
+        uv = uv.copy()  # a view would keep the whole file in memory
         if use is None:
             return uv
         uv = _transformed(uv, use)
