@@ -138,6 +138,23 @@ def test_normals_without_length_become_the_faces_and_others_unit():
     np.testing.assert_allclose(scene.parts[0].mesh.normals, mesh.normals, atol=1e-6)
 
 
+def test_large_meshes_are_checked_block_by_block():
+    """20000 triangles apart, of which number 17000 has no area and number 18000 a corner without a normal."""
+    count = 20000
+    at = np.tile(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), (count, 1))
+    at[:, 2] = np.repeat(np.arange(count), 3)
+    normals = np.tile(np.float32([0, 0, 2]), (3 * count, 1))
+    at[3 * 17000 + 1] = at[3 * 17000]
+    normals[3 * 18000] = 0
+    triangles = np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
+    with pytest.warns(RefletWarning, match="1 triangles without area"):
+        scene = assemble([Part("stack", Mesh(at, normals, triangles), MIRROR)], environment=SKY)
+    (part,) = scene.parts
+    kept = np.delete(at, slice(3 * 17000, 3 * 17001), axis=0)
+    np.testing.assert_array_equal(part.mesh.positions[part.mesh.triangles].reshape(-1, 3), kept)
+    np.testing.assert_array_equal(part.mesh.normals, np.tile(np.float32([0, 0, 1]), (len(kept), 1)))
+
+
 def test_impossible_geometry_is_refused():
     mesh = cube()
     for field in ("positions", "normals", "uv"):

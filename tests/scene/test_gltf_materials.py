@@ -127,6 +127,12 @@ def test_pictures_that_cannot_be_read_leave_the_factors(tmp_path):
         assert said in words[0]
 
 
+def test_a_texture_that_is_not_there_leaves_the_factors(tmp_path):
+    parts, words = read_and_told(textured(normalTexture={"index": 2}), tmp_path)
+    assert parts[0].material.normal_texture is None
+    assert words[0].endswith("show their factors alone (1 textures: it refers to entry 2 of its 0 textures).")
+
+
 def test_the_bytes_of_a_picture_tell_what_it_is(tmp_path):
     pixels = np.random.default_rng(0).integers(0, 256, (3, 5, 4)).astype(np.uint8)
     gltf = textured(normalTexture={"index": 0})

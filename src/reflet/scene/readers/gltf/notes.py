@@ -28,5 +28,6 @@ class Notes:
         for (what, unit), members in self._members.items():
             names = list(members.values())
             listed = ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
-            counted = f"{len(names)} of {self._totals[unit]} {unit}: {listed}"
+            total = self._totals[unit]  # fewer than the names where a file refers to what it does not have
+            counted = f"{len(names)}{f' of {total}' if total >= len(names) else ''} {unit}: {listed}"
             warnings.warn(f"{self._path.name}: {what} ({counted}).", RefletWarning, stacklevel=level + 1)

@@ -42,9 +42,9 @@ def read_gltf(path: str | Path) -> list[Part]:
         note_extensions(document)
         note_what_stands_still(document)
     except DamagedError as error:
-        raise RefletError(f"{path} is damaged: {error}; export it again.") from error
+        raise RefletError(f"{path} is damaged: {error}; export or download it again.") from error
     except (ArithmeticError, LookupError, TypeError, AttributeError, ValueError, struct.error, RecursionError) as error:
-        raise RefletError(f"{path} is no valid glTF 2.0 file ({error}); export it again.") from error
+        raise RefletError(f"{path} is no valid glTF 2.0 file ({error}); export or download it again.") from error
     except MemoryError as error:
         raise RefletError(
             f"{path} asks for more memory than there is; it is damaged, or its meshes too large."
