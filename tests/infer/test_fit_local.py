@@ -22,7 +22,7 @@ BIAS = -1.5
 
 def test_shows_a_second_viewpoint_better(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stripes on an ellipsoid, mirrored in a sphere within it: inferred from one side and shown from another."""
-    monkeypatch.setattr(fit_local, "_TRIALS", 25)
+    monkeypatch.setattr(fit_local, "TRIALS", 25)
     scene = mirror_scene(sphere_mesh(0.3, 12))
     on_hull = np.zeros(scene.triangle_offsets[-1], np.bool_)
     stripes = [0.5 + 0.4 * np.sin(6.0 * texel_directions(n).reshape(-1, 3)) for n in CHAIN.level_sizes]

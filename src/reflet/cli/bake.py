@@ -98,22 +98,25 @@ def bake(
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
-    from reflet.pipelines.bake import bake as bake_scene
-    from reflet.pipelines.load import load_scene
-    from reflet.scene.views.framing import frame_orbit
-    from reflet.scene.views.parameter_space import orbit_space
-
-    loaded = load_scene(scene, environment=environment, reflect=reflect, source_is=source_is, layer=layer, up=up)
-    orbit = frame_orbit(
-        loaded,
-        azimuth_deg=azimuth,
-        elevation_deg=elevation,
-        distance=distance,
-        target=target,
-        fov_deg=fov,
-        image_size=image_size,
-    )
     with progress_bar() as progress:
+        progress("read", 0, 3)  # also while modules are loaded
+        from reflet.pipelines.bake import bake as bake_scene
+        from reflet.pipelines.load import load_scene
+        from reflet.scene.views.framing import frame_orbit
+        from reflet.scene.views.parameter_space import orbit_space
+
+        loaded = load_scene(
+            scene, environment=environment, reflect=reflect, source_is=source_is, layer=layer, up=up, progress=progress
+        )
+        orbit = frame_orbit(
+            loaded,
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            distance=distance,
+            target=target,
+            fov_deg=fov,
+            image_size=image_size,
+        )
         bake_scene(
             loaded,
             out,

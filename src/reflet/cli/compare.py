@@ -51,8 +51,10 @@ def compare(
     from reflet.report.page import result_page
     from reflet.report.table import comparison_table
 
-    opened = open_pem(pem)
     with progress_bar() as progress:
+        progress("read", 0, 1)
+        opened = open_pem(pem)
+        progress("read", 1, 1)
         comparison = compare_pem(
             opened,
             samples=int(samples) if samples else None,

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from reflet.cli.options import pem_argument, samples_option
+from reflet.cli.progress import progress_bar
 
 
 @click.command(short_help="Draw one view of a PEM into a picture.")
@@ -47,14 +48,21 @@ def render(
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise RefletError(f"A picture is a .png or an .exr, not {output.name}.")
-    opened = open_pem(pem)
+    with progress_bar() as progress:
+        progress("read", 0, 1)
+        opened = open_pem(pem)
+        progress("read", 1, 1)
     orbit = opened.space.orbit if size is None else replace(opened.space.orbit, image_size=size)
     point = opened.space.points()[0]
     given = {"azimuth_deg": azimuth, "elevation_deg": elevation, "distance": distance}
     point.update({axis: value for axis, value in given.items() if value is not None})
-    picture = Renderer(opened).frame(
-        orbit.camera(point), samples=int(samples or opened.sample_count), blend=not nearest
-    )[..., :3]
+    with progress_bar() as progress:
+        progress("draw", 0, 2)
+        renderer = Renderer(opened)
+        progress("draw", 1, 2)
+        frame = renderer.frame(orbit.camera(point), samples=int(samples or opened.sample_count), blend=not nearest)
+        progress("draw", 2, 2)
+    picture = frame[..., :3]
     if output.suffix.lower() == ".png":
         write_png(output, picture_srgb(picture))
     else:

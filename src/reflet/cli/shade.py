@@ -102,10 +102,16 @@ def shade(
     if not (np.isfinite(turn) and 0.0 < exposure < np.inf):
         raise RefletError(f"A turn is a number of degrees, an exposure one above 0, not {turn:g} and {exposure:g}.")
     if shows_map(material):
-        levels, lookup = map_material(material, environment, source_is, drawing_size(size))
-        shape = load_mesh(mesh)
-        orbit = frame_mesh(shape, azimuth_deg=azimuth, elevation_deg=elevation, distance=distance, image_size=size)
-        drawn = sketch(shape, levels, orbit.camera(), lookup, int(samples), turn_about_vertical(turn))
+        with progress_bar() as progress:
+            progress("read", 0, 2)
+            levels, lookup = map_material(material, environment, source_is, drawing_size(size))
+            progress("read", 1, 2)
+            shape = load_mesh(mesh)
+            progress("read", 2, 2)
+            progress("draw", 0, 1)
+            orbit = frame_mesh(shape, azimuth_deg=azimuth, elevation_deg=elevation, distance=distance, image_size=size)
+            drawn = sketch(shape, levels, orbit.camera(), lookup, int(samples), turn_about_vertical(turn))
+            progress("draw", 1, 1)
         write_picture_file(output, drawn if no_backdrop else on_paper(drawn), {})
         click.echo(f"{output} is written.")
         return
@@ -113,8 +119,10 @@ def shade(
         raise RefletError(
             f"The material {material} is lit by an environment, and none came; name a file after the mesh."
         )
-    image = read_env_image(environment, source_is)
     with progress_bar() as progress:
+        progress("read", 0, 1)
+        image = read_env_image(environment, source_is)
+        progress("read", 1, 1)
         picture = draw(
             mesh,
             EnvironmentMaps(image, progress=lambda done, total: progress("filter", done, total)),
@@ -126,6 +134,7 @@ def shade(
             turn_deg=turn,
             samples=int(samples),
             backdrop=not no_backdrop,
+            progress=progress,
         )
     color, coverage = picture[..., :3], picture[..., 3:]
     if suffix == ".exr":

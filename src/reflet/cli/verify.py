@@ -26,8 +26,10 @@ def verify(pem: Path, json_path: Path | None) -> int:
     from reflet.pem.container import open_pem
     from reflet.pipelines.verify import verify as verify_pem
 
-    opened = open_pem(pem)
     with progress_bar() as progress:
+        progress("read", 0, 1)
+        opened = open_pem(pem)
+        progress("read", 1, 1)
         verification = verify_pem(opened, progress=progress)
     if json_path:
         atomic_write(json_path, (json.dumps(asdict(verification), indent=1) + "\n").encode())

@@ -5,7 +5,8 @@ the more so at others. So the shape is chosen by its outcome: a small map is inf
 several, and the ellipsoid's radii and centre are moved until what it shows is closest to the traced pictures.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import count
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -21,7 +22,7 @@ from reflet.scene.surfaces.gbuffer import GBuffer
 from reflet.trace.layers import SegmentedLayers
 
 _SETTINGS = SolverSettings(regularization=0.02, rounds=(6,))
-_TRIALS = 60
+TRIALS = 60  # small inferences that one shape takes
 _FIRST_STEP = 0.15  # of the radii: how far the search looks at first
 
 
@@ -32,12 +33,14 @@ def fit_local_ellipsoid(
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float,
     chain: MipChain,
+    progress: Callable[[int], None] = lambda trial: None,
 ) -> Ellipsoid:
     """The ellipsoid near ``start`` whose local map of ``part``, inferred at the first view, shows all views best.
 
     Small pictures and maps do (192² pixels of 4 sub-samples, ``chain`` of 64²): a part's few thousand rows settle six
     numbers. The views should span what the map is to be shown from, so that parallax counts. Deterministic; sixty small
-    inferences. Returns ``start`` where the first view does not see the part reflect its object.
+    inferences, `TRIALS`, of whose numbers ``progress`` hears. Returns ``start`` where the first view does not see the
+    part reflect its object.
     """
     gbuffer, layers = views[0]
     if not looking_up(gbuffer, (part,), on_hull).any() or not layers.alpha[layers.part == part].any():
@@ -48,7 +51,10 @@ def fit_local_ellipsoid(
         a, b, c = (float(v) for v in np.exp(q[:3]))
         return Ellipsoid((x, y, z), (a, b, c), (x, y, z))
 
+    trials = count()
+
     def error(q: Float[np.ndarray, "6"]) -> float:
+        progress(next(trials))
         shape = ellipsoid(q)
         solution = infer_layer(
             "local", gbuffer, layers, (part,), shape, chain, lod_bias, on_hull=on_hull, settings=_SETTINGS
@@ -58,7 +64,7 @@ def fit_local_ellipsoid(
     first = np.concatenate([np.log(start.radii), start.centre])
     steps = np.concatenate([np.full(3, _FIRST_STEP), _FIRST_STEP * np.array(start.radii)])
     simplex = np.vstack([first, first + np.diag(steps)])
-    options = {"maxfev": _TRIALS, "initial_simplex": simplex}
+    options = {"maxfev": TRIALS, "initial_simplex": simplex}
     return ellipsoid(minimize(error, first, method="Nelder-Mead", options=options).x)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Shaped
 
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_write
+from reflet.files.atomic import atomic_path
 from reflet.files.unreadable import unreadable
 
 UNSIGNED_BYTE, UNSIGNED_INT, FLOAT = 5121, 5125, 5126
@@ -29,10 +29,10 @@ class BufferWriter:
     def __init__(self, uri: str) -> None:
         self.uri = uri
         self.length = 0
-        self._chunks: list[bytes] = []
+        self._arrays: list[np.ndarray] = []
 
     def add(self, array: Shaped[np.ndarray, "..."]) -> dict[str, Any]:
-        """Append an array of uint8, uint32 or float32 and return its description."""
+        """Append an array of uint8, uint32 or float32, which must not change any more, and return its description."""
         little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         description = {
             "uri": self.uri,
@@ -40,14 +40,16 @@ class BufferWriter:
             "componentType": _COMPONENT_TYPES[little.dtype],
             "shape": list(little.shape),
         }
-        data = little.tobytes()
-        self._chunks += [data, bytes(-len(data) % 4)]
-        self.length += len(data) + -len(data) % 4
+        self._arrays.append(little)
+        self.length += little.nbytes + -little.nbytes % 4
         return description
 
     def write(self, folder: Path) -> None:
-        """Write the file, atomically."""
-        atomic_write(folder / self.uri, b"".join(self._chunks))
+        """Write the file, atomically. No array is copied."""
+        with atomic_path(folder / self.uri) as path, path.open("wb") as file:
+            for array in self._arrays:
+                file.write(array.data)
+                file.write(bytes(-array.nbytes % 4))
 
 
 def read_array(folder: Path, description: dict[str, Any]) -> Shaped[np.ndarray, "..."]:

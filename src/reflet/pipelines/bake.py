@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,7 +29,7 @@ from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import em_origin, fit
-from reflet.infer.fit_local import fit_local_ellipsoid
+from reflet.infer.fit_local import TRIALS, fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer
 from reflet.infer.prior import prior_texels
 from reflet.infer.records import Solution
@@ -52,6 +53,7 @@ PROBE_SPP = 64
 FIT_IMAGE_SIZE, FIT_MAP_SIZE, FIT_SPP, FIT_ELEVATION_DEG = 192, 64, 16, 10.0  # of the fit of local shapes
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 TIMINGS = "timings.jsonl"
+_PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
 
 
 def bake(
@@ -84,6 +86,7 @@ def bake(
     for kind in (distant, local):
         if kind not in KINDS:
             raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
+    progress("prepare", 0, _PREPARATIONS)
     scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)
     em_size = em_size or default_size(laid_out)
@@ -91,7 +94,11 @@ def bake(
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
-    _check_memory(max(chain.texel_count for chain in chains.values()), space.orbit.image_size**2 * sample_count)
+    _check_memory(
+        max(chain.texel_count for chain in chains.values()),
+        space.orbit.image_size**2 * sample_count,
+        scene.triangle_offsets[-1],
+    )
     for sample in range(space.sample_count):
         check_camera(scene, space.camera(sample))
     use_variant(variant)  # what cannot trace is refused before anything is written
@@ -110,11 +117,14 @@ def bake(
     }
     writer = PemWriter(out, parameters, resume=resume)
     if writer.finished:
+        progress("prepare", _PREPARATIONS, _PREPARATIONS)
         return writer.folder
 
+    progress("prepare", 1, _PREPARATIONS)
+    on_hull = hull_triangles(scene)
+    progress("prepare", 2, _PREPARATIONS)
     tracer = _tracer_with_irradiance(scene, variant, spp, writer, progress)
     probes = trace_probes(tracer, probe_size(chains["distant"]), writer, progress)
-    on_hull = hull_triangles(scene)
     layers = plan_layers(scene, probes, on_hull, distant, local, chains)
     layers = fit_local_layers(tracer, space, layers, on_hull, writer, progress)
     for sample in range(space.sample_count):
@@ -133,6 +143,8 @@ def bake(
         writer.write_sample(sample, layers, maps, {"layers": [_statistics(solution) for solution in solutions]})
         _log(writer.folder, sample=sample, trace_seconds=traced - began, infer_seconds=inferred - traced)
         del view, solutions, maps
+    progress("viewpoints", space.sample_count, space.sample_count)
+    progress("write", 0, 1)
     writer.finish(
         scene=scene,
         irradiance=tracer.irradiance,
@@ -147,7 +159,7 @@ def bake(
             for item, probe in zip(scene.objects, probes, strict=True)
         ],
     )
-    progress("viewpoints", space.sample_count, space.sample_count)
+    progress("write", 1, 1)
     return writer.folder
 
 
@@ -239,26 +251,41 @@ def fit_local_layers(
     middle = points[len(points) // 2]
     above = middle.get("elevation_deg", space.orbit.elevation_deg) + FIT_ELEVATION_DEG
     small = replace(space.orbit, image_size=min(space.orbit.image_size, FIT_IMAGE_SIZE))
+    to_fit = [layer.kind == "local" and type(layer.geometry) is Ellipsoid for layer in layers]
+    steps, done = TRIALS * sum(to_fit), 0
+    progress("local shapes", 0, steps)
     views = []
     for at in (middle, points[0], {**middle, "elevation_deg": min(above, 80.0)}):
         view = tracer.view(small.camera(at), spp=FIT_SPP, sample_count=4, seed=0)
         views.append((gbuffer_from_visibility(tracer.scene, view.visibility), view.layers))
     fitted = []
     for number, layer in enumerate(layers):
-        progress("local shapes", number, len(layers))
         geometry = layer.geometry
-        if layer.kind == "local" and type(geometry) is Ellipsoid:
+        if to_fit[number] and type(geometry) is Ellipsoid:
             state = writer.load_state(f"shape-{number}")
             if state is None:
                 chain = MipChain(min(layer.size, FIT_MAP_SIZE))
-                geometry = fit_local_ellipsoid(geometry, views, layer.parts[0], on_hull, LOD_BIAS, chain)
+                geometry = fit_local_ellipsoid(
+                    geometry,
+                    views,
+                    layer.parts[0],
+                    on_hull,
+                    LOD_BIAS,
+                    chain,
+                    progress=partial(_trial, progress, done, steps),
+                )
                 state = {"centre": np.array(geometry.centre), "radii": np.array(geometry.radii)}
                 writer.save_state(f"shape-{number}", **state)
             centre, radii = (tuple(state[name].tolist()) for name in ("centre", "radii"))
             geometry = Ellipsoid(centre, radii, centre)
+            done += TRIALS
+            progress("local shapes", done, steps)
         fitted.append(replace(layer, geometry=geometry))
-    progress("local shapes", len(layers), len(layers))
     return tuple(fitted)
+
+
+def _trial(progress: ProgressCallback, before: int, steps: int, trial: int) -> None:
+    progress("local shapes", before + trial, steps)
 
 
 def infer_view(
@@ -300,17 +327,17 @@ def infer_view(
     return solutions
 
 
-def _check_memory(texels: int, sub_samples: int) -> None:
+def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
     """Raises RefletError where inference would not fit into the memory that is free.
 
     A solve holds about nine vectors of four float32 a texel, the G-buffer 72 bytes a sub-sample, a rendering matrix
-    about as much again.
+    about as much again. Tables and trees of the scene take up to 700 bytes a triangle (benchmarks/large_meshes.py).
     """
-    needed, free = 144 * texels + 144 * sub_samples, psutil.virtual_memory().available
+    needed, free = 144 * texels + 144 * sub_samples + 700 * triangles, psutil.virtual_memory().available
     if needed > free:
         raise RefletError(
             f"This bake takes about {needed / 2**30:.0f} GiB of memory, {free / 2**30:.0f} GiB are free; choose smaller"
-            " maps (--em-size) or pictures (--image-size)."
+            " maps (--em-size) or pictures (--image-size), or a mesh of fewer triangles."
         )
 
 
@@ -320,13 +347,16 @@ def _tracer_with_irradiance(
     """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
     state = writer.load_state("irradiance")
     if state is not None:
-        return Tracer(scene, variant=variant, irradiance=IrradianceMap(**state))
-    tracer = Tracer(
-        scene,
-        variant=variant,
-        irradiance_spp=IRRADIANCE_SPP * spp,
-        progress=lambda done, total: progress("diffuse light", done, total),
-    )
+        tracer = Tracer(scene, variant=variant, irradiance=IrradianceMap(**state))
+        progress("prepare", _PREPARATIONS, _PREPARATIONS)
+        return tracer
+
+    def report(done: int, total: int) -> None:
+        if done == 0:  # the tables are ready
+            progress("prepare", _PREPARATIONS, _PREPARATIONS)
+        progress("diffuse light", done, total)
+
+    tracer = Tracer(scene, variant=variant, irradiance_spp=IRRADIANCE_SPP * spp, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
 

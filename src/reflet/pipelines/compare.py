@@ -91,7 +91,9 @@ def compare(
     samples = samples or pem.sample_count
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
     folder = Path(images) if images is not None else None
+    progress("prepare", 0, 2)
     tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
+    progress("prepare", 1, 2)
     orbit = _subspace(pem.space, _samples(pem.space))
     azimuths = orbit.axes[0].values
     views = _views(orbit.orbit, azimuths)
@@ -108,6 +110,7 @@ def compare(
             _write(folder, reference, method, image)
 
     renderer = Renderer(pem)
+    progress("prepare", 2, 2)
     for number, view in enumerate(views):
         progress("reference and layered", number, len(views))
         layers = tracer.view(

@@ -8,6 +8,7 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
 from reflet.files.environment import read_environment
 from reflet.files.unreadable import check_is_file
+from reflet.progress import ProgressCallback, silent
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf.read import read_gltf
@@ -26,6 +27,7 @@ def load_scene(
     source_is: Parameterization | None = None,
     layer: str | None = None,
     up: str | None = None,
+    progress: ProgressCallback = silent,
 ) -> Scene:
     """The scene in a .glb, .gltf, .obj or Mitsuba .xml file, or the built-in ``teapot-room``.
 
@@ -33,8 +35,24 @@ def load_scene(
     ``source_is`` is its parameterization where it does not tell, ``layer`` that of an .exr. ``reflect`` names parts
     that reflect whatever their material (case does not count, ``*`` matches anything). ``up`` is the axis of the scene
     that points up, "y" or "z": +z becomes +y, and +y becomes -z, of a Mitsuba file's own environment too; by default
-    y, or what a Mitsuba camera says. Raises RefletError for anything that cannot be read or baked.
+    y, or what a Mitsuba camera says. ``progress`` hears of the three steps of reading: the environment, the file, and
+    what is made of it. Raises RefletError for anything that cannot be read or baked.
     """
+    progress("read", 0, 3)
+    scene = _load(source, environment, reflect, source_is, layer, up, progress)
+    progress("read", 3, 3)
+    return scene
+
+
+def _load(
+    source: str | Path,
+    environment: str | Path | None,
+    reflect: Sequence[str],
+    source_is: Parameterization | None,
+    layer: str | None,
+    up: str | None,
+    progress: ProgressCallback,
+) -> Scene:
     if str(source) == BUILT_IN:
         from reflet.scene.builtin.teapot_room import teapot_room
 
@@ -51,9 +69,11 @@ def load_scene(
     if up not in (None, *SOURCE_FROM_UPRIGHT):
         raise RefletError(f"What points up is one of {' '.join(SOURCE_FROM_UPRIGHT)}, not {up!r}.")
     light = None if environment is None else EnvironmentLight(read_environment(environment, source_is, layer))
+    progress("read", 1, 3)
     if suffix == ".xml":
         from reflet.trace.mitsuba_files.mitsuba_xml import read_mitsuba_xml
 
         return read_mitsuba_xml(path, environment=light, reflect=reflect, up=up)
     parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
+    progress("read", 2, 3)
     return assemble(upright(parts, up or "y"), environment=light, reflect=reflect)

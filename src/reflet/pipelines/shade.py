@@ -13,6 +13,7 @@ from reflet.files.ior_file import read_spectral_index
 from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.files.textures.texel_formats import LINEAR_FROM_SRGB
 from reflet.files.unreadable import check_is_file
+from reflet.progress import ProgressCallback, silent
 from reflet.reflectance.brdfs.spectral import index_rgb
 from reflet.reflectance.lobes.lobes import fit_lobes
 from reflet.reflectance.materials.material import (
@@ -200,13 +201,16 @@ def shade(
     turn_deg: float = 0.0,
     samples: int = 16,
     backdrop: bool = True,
+    progress: ProgressCallback = silent,
 ) -> Float32[np.ndarray, "height width 4"]:
     """Linear radiance of a mesh before an environment at infinity, and coverage of the mesh in alpha.
 
     ``mesh`` is what `load_mesh` takes, ``environment`` what `read_env_image` does, ``material`` what `surface_material`
     does; or each the thing itself. With the material ``gltf`` each part of a file has its own (`own_material`).
-    ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a pixel.
+    ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a pixel. ``progress`` hears when
+    the mesh is read and when the picture is drawn.
     """
+    progress("mesh", 0, 1)
     from reflet.render.materials.parts_renderer import PartsRenderer, ShadedPart
 
     if material != OWN:
@@ -227,7 +231,11 @@ def shade(
         distance=distance,
         image_size=image_size,
     )
+    progress("mesh", 1, 1)
     camera = orbit.camera()
     maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(read_env_image(environment))
     turn = turn_about_vertical(turn_deg) if turn_deg else None
-    return PartsRenderer(parts, maps).picture(camera, frame=turn, samples=samples, backdrop=backdrop)
+    progress("draw", 0, 1)
+    picture = PartsRenderer(parts, maps).picture(camera, frame=turn, samples=samples, backdrop=backdrop)
+    progress("draw", 1, 1)
+    return picture

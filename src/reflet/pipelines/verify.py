@@ -63,13 +63,17 @@ def verify(
 
     The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws.
     """
+    progress("prepare", 0, 3)
     renderer = renderer or Renderer(pem)
+    progress("prepare", 1, 3)
     camera = pem.space.camera(sample)
     tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
+    progress("prepare", 2, 3)
     traced = tracer.view(camera, spp=1, sample_count=pem.sample_count).visibility
     common = common_samples(traced, rasterized_visibility(renderer, camera, pem.sample_count))
     gbuffer = gbuffer_from_visibility(pem.scene, common)
     part_of_sample = gbuffer.row_part[gbuffer.row_of_sample]
+    progress("prepare", 3, 3)
     worst, drawn = 0.0, 0
     for kind in sorted({layer.kind for layer in pem.layers}):
         measured, renderings = measured_rendering_matrices(

@@ -48,9 +48,10 @@ def write_materials_view(
     ``mesh`` is what `reflet.pipelines.shade.load_mesh` takes, or one itself; ``materials`` are names as of `reflet
     shade`, the first of them what the viewer opens with. Drawings need no environment; ``map:LOOKUP`` shows the
     environment's file itself. ``source_is`` is that file's parameterization where it does not tell. ``progress`` hears
-    of the maps that BRDF tables take, some tenths of a second each. Raises RefletError for what is unknown, and where
-    lit materials have no environment.
+    of what is read and written, and of the maps that BRDF tables take, some tenths of a second each. Raises RefletError
+    for what is unknown, and where lit materials have no environment.
     """
+    progress("read", 0, 3)
     shown: list[SurfaceMaterial | str] = []
     maps: dict[str, NamedMap] = {}
     measured: dict[str, Measured] = {}
@@ -78,11 +79,16 @@ def write_materials_view(
                 shown.append(file)
             else:
                 shown.append(material)
+    progress("read", 1, 3)
     shape = mesh if isinstance(mesh, Mesh) else load_mesh(mesh)
+    progress("read", 2, 3)
     lit = environment is not None and not any(name.startswith("map:") for name in materials)
     image = None
     if lit and environment is not None:
         (image,) = held([read_env_image(environment, source_is)], HALF_MAX, "the viewer", DIMMED)
+    progress("read", 3, 3)
+    tables = {name: _filtered(image or _WHITE, material, name, progress) for name, material in measured.items()}
+    progress("write", 0, 1)
     write_shaded_scene(
         folder,
         shape,
@@ -90,8 +96,9 @@ def write_materials_view(
         frame_mesh(shape, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, distance=distance),
         shown or [RED_PAINT],
         maps=maps,
-        tables={name: _filtered(image or _WHITE, material, name, progress) for name, material in measured.items()},
+        tables=tables,
     )
+    progress("write", 1, 1)
 
 
 def _filtered(image: EnvImage, material: Measured, name: str, progress: ProgressCallback) -> BrdfMap3d:
