@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int32, Int64
 from numba import njit
 
-_NEAR = 8  # faces at one edge that are compared with one another; more of them only with the next ones
+_NEAR = 8  # faces at one edge that each is compared with
 
 
 @njit(cache=True)
@@ -65,8 +65,9 @@ def _corners_by_point(points, count):
     begin = np.zeros(count + 1, np.int64)
     for c in range(len(points)):
         begin[points[c] + 1] += 1
-    begin = np.cumsum(begin)
-    order, free = np.empty(len(points), np.int32), begin[:-1].copy()
+    for p in range(count):
+        begin[p + 1] += begin[p]
+    order, free = np.empty(len(points), np.int32), begin.copy()
     for c in range(len(points)):
         order[free[points[c]]] = c
         free[points[c]] += 1
@@ -107,46 +108,36 @@ def _join(points, normals, labels, limits, count):
     for c in range(len(points)):
         parent[c] = c
     widest = 0
-    for point in range(len(begin) - 1):
+    for point in range(count):
         widest = max(widest, begin[point + 1] - begin[point])
-    ends, corner_of = np.empty(2 * widest, np.int32), np.empty(2 * widest, np.int32)
-    for point in range(len(begin) - 1):
+    # the two edges that meet in each corner, by their other ends, chained by these: the newest first
+    newest = np.full(count, -1, np.int32)
+    older, corner_of = np.empty(2 * widest, np.int32), np.empty(2 * widest, np.int32)
+    for point in range(count):
         n = 0
         for at in range(begin[point], begin[point + 1]):
-            corner = order[at]
-            base, k = corner - corner % 3, corner % 3
-            for side in (1, 2):  # the two edges that meet in the corner, by their other ends
-                ends[n], corner_of[n] = points[base + (k + side) % 3], corner
+            c = order[at]
+            base, k, f = c - c % 3, c % 3, c // 3
+            for side in (1, 2):
+                end = points[base + (k + side) % 3]
+                other = newest[end]
+                for _ in range(_NEAR):
+                    if other < 0:
+                        break
+                    d = corner_of[other]
+                    g = d // 3
+                    turn = normals[f, 0] * normals[g, 0] + normals[f, 1] * normals[g, 1] + normals[f, 2] * normals[g, 2]
+                    if labels[f] == labels[g] and turn > max(limits[f], limits[g]):
+                        parent[_root(parent, c)] = _root(parent, d)
+                    other = older[other]
+                older[n], corner_of[n], newest[end] = newest[end], c, n
                 n += 1
-        by_end = _sorted(ends, n)
-        run = 0
-        for i in range(1, n):
-            if ends[by_end[i]] != ends[by_end[run]]:
-                run = i
-            c = corner_of[by_end[i]]
-            f = c // 3
-            for j in range(max(run, i - _NEAR), i):
-                d = corner_of[by_end[j]]
-                g = d // 3
-                turn = normals[f, 0] * normals[g, 0] + normals[f, 1] * normals[g, 1] + normals[f, 2] * normals[g, 2]
-                if labels[f] == labels[g] and turn > max(limits[f], limits[g]):
-                    parent[_root(parent, c)] = _root(parent, d)
+        for at in range(begin[point], begin[point + 1]):
+            c = order[at]
+            base, k = c - c % 3, c % 3
+            newest[points[base + (k + 1) % 3]] = -1
+            newest[points[base + (k + 2) % 3]] = -1
     return parent
-
-
-@njit(cache=True)
-def _sorted(keys, n):
-    """The order of the first ``n`` keys, equal ones as they come."""
-    if n > 64:
-        return np.argsort(keys[:n], kind="mergesort")
-    order = np.arange(n)
-    for i in range(1, n):
-        moved, j = order[i], i
-        while j > 0 and keys[order[j - 1]] > keys[moved]:
-            order[j] = order[j - 1]
-            j -= 1
-        order[j] = moved
-    return order
 
 
 @njit(cache=True)

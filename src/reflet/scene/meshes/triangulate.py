@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float, Int, Integer
 
 _BATCH = 400_000  # corners worked on at a time, which bounds the memory
 _FANS = 8  # corners that a fan is tried from before ears are cut, which costs more
-_SLIVER = 1e-9  # share of the polygon's area below which a triangle counts as none: rounding of float64 coordinates
 
 
 @dataclass(frozen=True)
@@ -62,10 +61,12 @@ def _cut(points: Float[np.ndarray, "faces n 3"]) -> tuple[Int[np.ndarray, "faces
     area = np.linalg.norm(normal, axis=1)
     normal /= np.where(area > 0.0, area, 1.0)[:, None]
     triangles = np.tile(_fan(n, 0), (count, 1, 1))
+    # a smaller share of the area is rounding of coordinates; the first triangle of a round n-gon's fan has about 40/n³
+    sliver = 1e-9 * (4.0 / n) ** 3
     pending = np.arange(count)
     for start in range(min(n, _FANS) if n > 4 else 2):
         fan = _fan(n, start)
-        fills = _fills(points[pending], fan, normal[pending], area[pending])
+        fills = _fills(points[pending], fan, normal[pending], sliver * area[pending])
         triangles[pending[fills]] = fan
         pending = pending[~fills]
         if not len(pending):
@@ -79,7 +80,7 @@ def _cut(points: Float[np.ndarray, "faces n 3"]) -> tuple[Int[np.ndarray, "faces
             triangles[face] = -1
             signed = _signed(flat[cut])
             cut[signed < 0.0] = cut[signed < 0.0, ::-1]
-            cut = cut[np.abs(signed) > 2.0 * _SLIVER * area[face]]
+            cut = cut[np.abs(signed) > 2.0 * sliver * area[face]]
             triangles[face, : len(cut)] = cut
             filled = np.abs(signed).sum()
         else:  # nothing, or an outline like an 8
@@ -99,12 +100,13 @@ def _fills(
     points: Float[np.ndarray, "faces n 3"],
     fan: Int[np.ndarray, "steps 3"],
     normal: Float[np.ndarray, "faces 3"],
-    area: Float[np.ndarray, "faces"],
+    least: Float[np.ndarray, "faces"],
 ) -> Bool[np.ndarray, "faces"]:
-    """Whether all triangles of a fan face the polygon's way: then they fill it, because their areas add up to its."""
+    """Whether all triangles of a fan face the polygon's way, with areas above the least: then they fill it, because the
+    areas of a fan, signed, add up to the polygon's."""
     spokes = points - points[:, fan[0, 0]][:, None]
     signed = np.einsum("ftk,fk->ft", np.cross(spokes[:, fan[:, 1]], spokes[:, fan[:, 2]]), normal)
-    return (signed > 2.0 * _SLIVER * area[:, None]).all(axis=1)
+    return (signed > 2.0 * least[:, None]).all(axis=1)
 
 
 def _plane(normal: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2 3"]:

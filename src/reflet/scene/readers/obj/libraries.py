@@ -50,26 +50,32 @@ class _Libraries:
 
     def __init__(self, text: ObjText, path: Path) -> None:
         self._path = path
-        texts = text.libraries.texts
-        self._statements = list(texts) if len(texts) == 1 else [texts[k] for k in text.libraries.text]
-        self._files: dict[str, list[MaterialFile]] = {}
+        self._lines = text.libraries.texts
+        self._places = [np.flatnonzero(text.libraries.text == k) for k in range(len(self._lines))]
+        self._files: dict[int, list[MaterialFile]] = {}
         self._opened: dict[Path, MaterialFile] = {}
         self._missing: list[str] = []
         self._lost: list[str] = []
 
     def find(self, name: str, before: int) -> tuple[MaterialFile | None, str | None]:
         """The file that has the material, for a usemtl line behind ``before`` mtllib lines, and its name there."""
-        nearest = [*reversed(self._statements[:before]), *self._statements[before:]]
-        for statement in dict.fromkeys(nearest):
-            holders = [file for file in self._opened_files(statement) if file.find(name) is not None]
-            if len(holders) > 1:
-                both = f"{holders[0].path.name} and {holders[1].path.name}"
-                text = f"{self._path.name}: material {name} is in {both}; the first one is used."
-                warnings.warn(text, RefletWarning, stacklevel=5)
-            if holders:
-                return holders[0], holders[0].find(name)
-        self._missing.append(name)
-        return None, None
+        holders = {line: [file for file in self._opened_files(line) if file.find(name) is not None]
+                   for line in range(len(self._lines))}  # fmt: skip
+        lines = [line for line, files in holders.items() if files]
+        if not lines:
+            self._missing.append(name)
+            return None, None
+        files = holders[min(lines, key=lambda line: self._distance(line, before))]
+        if len(files) > 1:
+            text = f"{self._path.name}: material {name} is in {files[0].path.name} and {files[1].path.name}"
+            warnings.warn(f"{text}; the first one is used.", RefletWarning, stacklevel=5)
+        return files[0], files[0].find(name)
+
+    def _distance(self, line: int, before: int) -> tuple[int, int]:
+        """Less for nearer lines; all that stand behind are farther than those before."""
+        places = self._places[line]
+        at = int(np.searchsorted(places, before))
+        return (0, before - int(places[at - 1])) if at else (1, int(places[0]))
 
     def warn(self) -> None:
         """Says what is missing, and what the files say and is not honoured."""
@@ -78,24 +84,24 @@ class _Libraries:
             warnings.warn(text, RefletWarning, stacklevel=4)
         if self._missing:
             names = listed(list(dict.fromkeys(self._missing)))
-            held = "which no .mtl file defines" if self._statements else "but no mtllib line names a file that has them"
+            held = "which no .mtl file defines" if self._lines else "but no mtllib line names a file that has them"
             text = f"{self._path.name} uses materials, {held}; they are mirrors: {names}."
             warnings.warn(text, RefletWarning, stacklevel=4)
         for file in self._opened.values():
             file.warn()
 
-    def _opened_files(self, statement: str) -> list[MaterialFile]:
-        if statement not in self._files:
+    def _opened_files(self, line: int) -> list[MaterialFile]:
+        if line not in self._files:
             files = []
-            for path in self._paths(statement):
+            for path in self._paths(self._lines[line]):
                 try:
                     if path not in self._opened:
                         self._opened[path] = MaterialFile(path)
                     files.append(self._opened[path])
                 except RefletError as error:
                     self._lost.append(str(error))
-            self._files[statement] = files
-        return self._files[statement]
+            self._files[line] = files
+        return self._files[line]
 
     def _paths(self, statement: str) -> list[Path]:
         """The files that a mtllib line names: one name with blanks, or several names."""

@@ -52,6 +52,7 @@ class MaterialFile:
         """Raises RefletError where the file cannot be read."""
         self.path = path
         self._lines = read_mtl_lines(path, _HONOURED | _HARMLESS | set(_CONSEQUENCES))
+        self._bare = {bare_name(name): name for name in reversed(self._lines.materials)}
         self._pictures = Pictures(path.parent)
         self._materials: dict[str, PlacedMaterial] = {}
         self._notes: dict[str, list[str]] = {}
@@ -60,7 +61,7 @@ class MaterialFile:
         """The name here of the material that a usemtl line means: either may have a comment behind it."""
         if name in self._lines.materials:
             return name
-        return next((known for known in self._lines.materials if bare_name(known) == bare_name(name)), None)
+        return self._bare.get(bare_name(name))
 
     def material(self, name: str) -> PlacedMaterial:
         """The material of a name that `find` gave. A .mtl's colours are taken as linear, as most exporters write them.
