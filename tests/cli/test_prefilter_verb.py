@@ -237,7 +237,7 @@ def test_brdfs_that_are_none(studio: Path, tmp_path: Path, capsys: pytest.Captur
 
 
 def test_radiance_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for value, said in ((-1.0, "negative"), (np.nan, "finite"), (np.inf, "finite")):
+    for value, said in ((np.nan, "finite"), (np.inf, "finite")):
         picture = np.ones((32, 64, 3), np.float32)
         picture[3, 3] = value
         write_exr(tmp_path / "bad.exr", picture)
@@ -245,6 +245,18 @@ def test_radiance_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str
             *options, name = what
             assert said in refused(capsys, tmp_path / "bad.exr", *options, tmp_path / name)
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["bad.exr"]
+
+
+def test_negative_radiance_gives_no_light(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same as of the picture without it, and a word about it."""
+    picture = np.ones((32, 64, 3), np.float32)
+    picture[3, 3] = -1.0
+    write_exr(tmp_path / "bad.exr", picture)
+    write_exr(tmp_path / "good.exr", np.maximum(picture, 0.0))
+    for name in ("bad", "good"):
+        assert reflet("prefilter", tmp_path / f"{name}.exr", "--brdf", "diffuse", "-o", tmp_path / f"{name}.ktx2") == 0
+        assert ("negative radiance, which is no light" in capsys.readouterr().err) == (name == "bad")
+    assert (tmp_path / "bad.ktx2").read_bytes() == (tmp_path / "good.ktx2").read_bytes()
 
 
 def test_what_files_cannot_hold(studio: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

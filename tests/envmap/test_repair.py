@@ -50,7 +50,7 @@ def test_where_and_how_much_of_the_light():
     assert flaws.negative == 8 * 32
     assert flaws.negative_share == pytest.approx(0.25, abs=1e-6)  # floats
     assert flaws.around[1] == pytest.approx(90.0, abs=1e-6)
-    assert str(flaws).startswith("texels 256 negative (25 % of the light), in rows 0 to 7, around azimuth ")
+    assert str(flaws).startswith("256 negative (25 % of the light) of 512 texels, in rows 0 to 7, around azimuth ")
 
 
 def test_a_hole_is_filled_from_its_edge_and_nothing_becomes_black():

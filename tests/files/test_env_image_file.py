@@ -14,7 +14,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE, FACES
 from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError, RefletWarning
-from reflet.files.env_image_file import file_facts, read_env_image, read_levels, write_env_image
+from reflet.files.env_image_file import file_facts, read_env_image, read_levels, read_light, write_env_image
 from reflet.files.pictures.cube_layouts import LAYOUTS, layouts_of
 from reflet.files.pictures.exr import read_exr, write_exr
 from reflet.files.pictures.hdr import write_hdr
@@ -330,9 +330,11 @@ def test_radiance_that_is_not_finite(tmp_path, bad):
     texels[1, 2, 0] = bad
     write_exr(tmp_path / "map.exr", texels)
     kind = "1 not a number" if np.isnan(bad) else "1 infinite"
-    with pytest.raises(RefletError, match=f"not finite: texels {kind}, in row 1, .*; reflet convert --repair mends it"):
+    with pytest.raises(
+        RefletError, match=f"not finite: {kind} of 32 texels, in row 1, .*; reflet convert --repair mends it"
+    ):
         read_env_image(tmp_path / "map.exr")
-    with pytest.warns(RefletWarning, match=f"is repaired: it held texels {kind}, in row 1, "):
+    with pytest.warns(RefletWarning, match=f"is repaired: it held {kind} of 32 texels, in row 1, "):
         assert (read_env_image(tmp_path / "map.exr", repair=True).texels == 1.0).all()
     for suffix in STEP:
         with pytest.raises(RefletError, match="not finite everywhere"):
@@ -396,8 +398,10 @@ def test_negative_radiance_is_kept_where_it_can_be(tmp_path):
     image = EnvImage(LATLONG, np.full((1, 2, 4, 3), -0.25, np.float32))
     for suffix in (".exr", ".ktx2", ".ktx", ".dds"):
         write_env_image(tmp_path / f"map{suffix}", [image])
-        with pytest.warns(RefletWarning, match=r"negative radiance, which is kept: texels 8 negative \(100 % of"):
+        with pytest.warns(RefletWarning, match=r"negative radiance, which is kept: 8 negative \(100 % of"):
             assert read_env_image(tmp_path / f"map{suffix}").texels.min() == -0.25
+        with pytest.warns(RefletWarning, match=r"negative radiance, which is no light, and is taken as 0: 8 negative"):
+            assert read_light(tmp_path / f"map{suffix}").texels.max() == 0.0
         with pytest.warns(RefletWarning, match="repaired"):
             assert read_levels(tmp_path / f"map{suffix}", repair=True)[0].texels.max() == 0.0
     write_env_image(tmp_path / "map.ktx2", [image], texel_format="rgb9e5")

@@ -59,8 +59,17 @@ def test_what_is_told_of_no_environment_is_refused(tmp_path: Path) -> None:
         load_scene("teapot-room", up="z")
 
 
-def test_negative_light_names_the_verb_that_mends_it(tmp_path: Path) -> None:
+def test_negative_light_is_none(tmp_path: Path) -> None:
     scene = write(tmp_path)
-    write_exr(tmp_path / "sky.exr", np.full((4, 8, 3), -1.0, np.float32))
-    with pytest.warns(UserWarning, match="negative"), pytest.raises(RefletError, match="reflet convert --repair"):
+    picture = np.ones((4, 8, 3), np.float32)
+    picture[0] = -1.0
+    write_exr(tmp_path / "sky.exr", picture)
+    with pytest.warns(UserWarning, match="negative radiance, which is no light, and is taken as 0"):
+        assert load_scene(scene, environment=tmp_path / "sky.exr").environment.radiance.min() == 0.0
+
+
+def test_light_that_is_not_finite_names_the_verb_that_mends_it(tmp_path: Path) -> None:
+    scene = write(tmp_path)
+    write_exr(tmp_path / "sky.exr", np.full((4, 8, 3), np.inf, np.float32))
+    with pytest.raises(RefletError, match="reflet convert --repair"):
         load_scene(scene, environment=tmp_path / "sky.exr")

@@ -29,13 +29,14 @@ def info(path: Path, source_is: Parameterization | None, layer: str | None) -> N
       reflet info render.exr --layer ViewLayer.Combined
       reflet info satin.npz
     """
-    if path.is_dir() and not _holds_a_cube(path):
+    no_cube = _why_no_cube(path) if path.is_dir() else None
+    if no_cube is not None:
         from reflet.pem import layout
         from reflet.pem.container import open_pem
         from reflet.report.table import pem_table
 
         if not any((path / name).exists() for name in (layout.SCENE, layout.PARAMETERS)):
-            raise RefletError(f"{path} holds neither a PEM nor six files of a cube; give one that does, or a file.")
+            raise RefletError(f"{path} holds neither a PEM nor six files of a cube: {no_cube}")
         click.echo(pem_table(open_pem(path)))
     elif not path.suffix and not path.exists():
         raise RefletError(f"{path} does not exist; give a PEM's folder, or a file.")
@@ -45,14 +46,15 @@ def info(path: Path, source_is: Parameterization | None, layer: str | None) -> N
         _tell_of_map(path, source_is, layer)
 
 
-def _holds_a_cube(folder: Path) -> bool:
+def _why_no_cube(folder: Path) -> RefletError | None:
     from reflet.files.pictures.picture_file import READ
     from reflet.files.pictures.six_files import six_files
 
     try:
-        return six_files(folder, READ) is not None
-    except RefletError:
-        return False
+        six_files(folder, READ)
+    except RefletError as error:
+        return error
+    return None
 
 
 def _tell_of_map(path: Path, source_is: Parameterization | None, layer: str | None) -> None:

@@ -86,7 +86,7 @@ def shade(
 
     from reflet.envmap.rotations import turn_about_vertical
     from reflet.errors import RefletError
-    from reflet.files.env_image_file import read_env_image
+    from reflet.files.env_image_file import read_light
     from reflet.files.pictures.exr import write_exr
     from reflet.files.pictures.picture_file import write_picture_file
     from reflet.files.pictures.png import write_png
@@ -121,7 +121,7 @@ def shade(
         )
     with progress_bar() as progress:
         progress("read", 0, 1)
-        image = read_env_image(environment, source_is)
+        image = read_light(environment, source_is)
         progress("read", 1, 1)
         picture = draw(
             mesh,

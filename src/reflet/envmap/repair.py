@@ -21,6 +21,7 @@ class Flaws:
     rows: tuple[int, int]  # the first and the last row of a face with such a texel
     around: tuple[float, float]  # azimuth and elevation of their mean direction in degrees (`azimuth_and_elevation`)
     negative_share: float  # of the light, all components being taken as positive
+    texel_count: int  # of the whole image
 
     def __str__(self) -> str:
         kinds = [f"{self.nan} not a number"] * (self.nan > 0) + [f"{self.infinite} infinite"] * (self.infinite > 0)
@@ -29,7 +30,8 @@ class Flaws:
         first, last = self.rows
         azimuth, elevation = self.around
         rows = f"row {first}" if first == last else f"rows {first} to {last}"
-        return f"texels {', '.join(kinds)}, in {rows}, around azimuth {azimuth:.0f}°, elevation {elevation:.0f}°"
+        where = f"in {rows}, around azimuth {azimuth:.0f}°, elevation {elevation:.0f}°"
+        return f"{', '.join(kinds)} of {self.texel_count} texels, {where}"
 
 
 def flaws_of(image: EnvImage) -> Flaws | None:
@@ -50,6 +52,7 @@ def flaws_of(image: EnvImage) -> Flaws | None:
         int(is_negative.sum()),
         *_where(image, is_nan | is_infinite | is_negative),
         _negative_share(image) if is_negative.any() else 0.0,
+        is_nan.size,
     )
 
 

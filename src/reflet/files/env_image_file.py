@@ -4,8 +4,8 @@ A file's own word comes first (KTX metadata, a string attribute of .exr, text of
 then its shape: twice as wide as high is lat-long, strips and crosses are cubes. A square may be any of the round and
 the octahedral maps: who reads it has to say which.
 
-Radiance must be finite. Negative values, which resampling filters and renderers leave behind, are kept here and warned
-of; whoever takes the map for light refuses them (`read_environment`).
+Radiance must be finite. Negative values, which resampling filters and renderers leave behind, are kept and warned of;
+for those who take the map for light they are 0 (`read_light`).
 """
 
 import math
@@ -72,6 +72,11 @@ def read_env_image(
     return _read(Path(path), parameterization, layer, repair, most_levels=1)[0]
 
 
+def read_light(path: _Path, parameterization: Parameterization | None = None, *, layer: str | None = None) -> EnvImage:
+    """`read_env_image` for those who take the map for light: negative radiance is 0, and warned of."""
+    return _read(Path(path), parameterization, layer, False, most_levels=1, as_light=True)[0]
+
+
 def read_levels(
     path: _Path, parameterization: Parameterization | None = None, *, layer: str | None = None, repair: bool = False
 ) -> tuple[EnvImage, ...]:
@@ -95,6 +100,7 @@ def _read(
     layer: str | None,
     repair: bool,
     most_levels: int | None = None,
+    as_light: bool = False,
 ) -> tuple[EnvImage, ...]:
     files = _six_files_at(path, parameterization)
     doubts: list[str] = []
@@ -126,7 +132,7 @@ def _read(
         doubts.append(clipped_sentence(path, most, clipped))
     out = []
     for number, level in enumerate(levels):
-        sound, said = _sound(path, level, repair)
+        sound, said = _sound(path, level, repair, as_light)
         doubts += said if number == 0 else []
         out.append(replace(sound, texels=with_corners(sound.parameterization, sound.texels)))
     for doubt in doubts:
@@ -248,7 +254,7 @@ def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None
     raise RefletError(f"{path} is neither a KTX nor a DDS file; copy it again, or name it by what it is.")
 
 
-def _sound(path: Path, image: EnvImage, repair: bool) -> tuple[EnvImage, list[str]]:
+def _sound(path: Path, image: EnvImage, repair: bool, as_light: bool) -> tuple[EnvImage, list[str]]:
     """The image, repaired if so asked, and what is to be said about that. Raises RefletError for no finite radiance."""
     if repair:
         image, flaws = repaired(image)
@@ -258,6 +264,9 @@ def _sound(path: Path, image: EnvImage, repair: bool) -> tuple[EnvImage, list[st
         return image, []
     if flaws.nan or flaws.infinite:
         raise RefletError(f"{path} holds radiance that is not finite: {flaws}; reflet convert --repair mends it.")
+    if as_light:
+        said = f"{path} holds negative radiance, which is no light, and is taken as 0: {flaws}."
+        return repaired(image)[0], [said]
     return image, [f"{path} holds negative radiance, which is kept: {flaws}; reflet convert --repair makes it 0."]
 
 

@@ -9,8 +9,7 @@ from jaxtyping import Float32
 from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.resample import resample
-from reflet.errors import RefletError
-from reflet.files.env_image_file import read_env_image
+from reflet.files.env_image_file import read_light
 
 LatLong = Float32[np.ndarray, "height width 3"]
 
@@ -20,16 +19,13 @@ def read_environment(
 ) -> LatLong:
     """Radiance of an environment with +x in the middle: u = 1/2 + atan2(z, x)/2π, v = acos(y)/π.
 
-    ``path`` is anything that `read_env_image` takes, ``source_is`` its parameterization where it does not tell,
+    ``path`` is anything that `read_light` takes, ``source_is`` its parameterization where it does not tell,
     ``layer`` that of an .exr. Maps that are not lat-long are resampled, as finely along the equator as they are on
-    average. Raises RefletError for files that are missing, damaged, of no or of unknown kind, or hold radiance that is
-    negative or not finite.
+    average. Negative radiance is taken as 0, and warned of. Raises RefletError for files that are missing, damaged, of
+    no or of unknown kind, or hold radiance that is not finite.
     """
-    image = read_env_image(path, source_is, layer=layer)
+    image = read_light(path, source_is, layer=layer)
     latlong = parameterization("latlong")
-    lowest = image.texels[..., :3].min()
-    if lowest < 0.0:
-        raise RefletError(f"{path} holds negative radiance ({lowest:g}); reflet convert --repair makes it 0.")
     if image.parameterization != latlong:
         # a map of n texels has n/4π in a steradian; so many has one of H rows, H²/π², at its equator
         rows = math.ceil(0.5 * math.sqrt(math.pi * math.prod(image.texels.shape[:3])))

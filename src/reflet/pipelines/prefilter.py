@@ -15,7 +15,7 @@ from reflet.envmap.sampling import valid_texels
 from reflet.envmap.spherical_harmonics import project
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path, check_writable
-from reflet.files.env_image_file import read_env_image, write_env_image
+from reflet.files.env_image_file import read_light, write_env_image
 from reflet.files.harmonics_file import write_harmonics
 from reflet.files.pictures.picture_file import WRITTEN
 from reflet.pipelines.convert import WITH_MIP_LEVELS, as_held, check_size, write_levels
@@ -162,10 +162,10 @@ def read_environment_image(
 ) -> EnvImage:
     """An environment's colours, of its own parameterization.
 
-    Raises RefletError where it cannot be read and for radiance that is negative or not finite.
+    Raises RefletError where it cannot be read and for radiance that is not finite; negative radiance is taken as 0.
     """
     progress("read", 0, 1)
-    image = read_env_image(source, source_is)
+    image = read_light(source, source_is)
     image = EnvImage(image.parameterization, np.ascontiguousarray(image.texels[..., :3], np.float32))
     check_radiance(image)
     progress("read", 1, 1)

@@ -8,7 +8,7 @@ from jaxtyping import Float32
 
 from reflet.envmap.rotations import turn_about_vertical
 from reflet.errors import RefletError, RefletWarning
-from reflet.files.env_image_file import read_env_image
+from reflet.files.env_image_file import read_light
 from reflet.files.ior_file import read_spectral_index
 from reflet.files.measured_brdf_file import read_measured_brdf
 from reflet.files.textures.texel_formats import LINEAR_FROM_SRGB
@@ -205,7 +205,7 @@ def shade(
 ) -> Float32[np.ndarray, "height width 4"]:
     """Linear radiance of a mesh before an environment at infinity, and coverage of the mesh in alpha.
 
-    ``mesh`` is what `load_mesh` takes, ``environment`` what `read_env_image` does, ``material`` what `surface_material`
+    ``mesh`` is what `load_mesh` takes, ``environment`` what `read_light` does, ``material`` what `surface_material`
     does; or each the thing itself. With the material ``gltf`` each part of a file has its own (`own_material`).
     ``turn_deg`` turns the environment about the vertical. ``samples`` are 1, 4 or 16 a pixel. ``progress`` hears when
     the mesh is read and when the picture is drawn.
@@ -233,7 +233,7 @@ def shade(
     )
     progress("mesh", 1, 1)
     camera = orbit.camera()
-    maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(read_env_image(environment))
+    maps = environment if isinstance(environment, EnvironmentMaps) else EnvironmentMaps(read_light(environment))
     turn = turn_about_vertical(turn_deg) if turn_deg else None
     progress("draw", 0, 1)
     picture = PartsRenderer(parts, maps).picture(camera, frame=turn, samples=samples, backdrop=backdrop)

@@ -13,7 +13,7 @@ from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
 from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
 from reflet.errors import RefletError
-from reflet.files.env_image_file import read_env_image
+from reflet.files.env_image_file import read_light
 from reflet.pipelines.shade import frame_mesh, load_mesh, surface_material
 from reflet.pipelines.sketch import map_material, shows_map
 from reflet.progress import ProgressCallback, silent
@@ -85,7 +85,7 @@ def write_materials_view(
     lit = environment is not None and not any(name.startswith("map:") for name in materials)
     image = None
     if lit and environment is not None:
-        (image,) = held([read_env_image(environment, source_is)], HALF_MAX, "the viewer", DIMMED)
+        (image,) = held([read_light(environment, source_is)], HALF_MAX, "the viewer", DIMMED)
     progress("read", 3, 3)
     tables = {name: _filtered(image or _WHITE, material, name, progress) for name, material in measured.items()}
     progress("write", 0, 1)
