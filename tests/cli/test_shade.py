@@ -143,7 +143,7 @@ def test_metals_are_those_of_the_tables(file: str) -> None:
         (["teapot", "{white}", "--material", "gltf", "-o", "out.png"], "choose another"),
         (["teapot", "{white}", "--material", "mirror", "-o", "out.gif"], "a .png or an .exr"),
         (["kettle", "{white}", "--material", "mirror", "-o", "out.png"], "sphere, torus, teapot"),
-        (["kettle.glb", "{white}", "--material", "mirror", "-o", "out.png"], "no file"),
+        (["kettle.glb", "{white}", "--material", "mirror", "-o", "out.png"], "does not exist"),
         (["teapot", "nowhere.hdr", "--material", "mirror", "-o", "out.png"], "nowhere.hdr"),
         (["teapot", "{white}", "--material", "mirror", "--distance", "-1", "-o", "out.png"], "positive"),
         (["teapot", "{white}", "--material", "mirror", "--turn", "inf", "-o", "out.png"], "degrees"),
