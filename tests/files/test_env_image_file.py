@@ -15,7 +15,7 @@ from reflet.envmap.parameterizations.cube import CUBE, FACES
 from reflet.envmap.resampling.resample import resample
 from reflet.errors import RefletError, RefletWarning
 from reflet.files.env_image_file import file_facts, read_env_image, read_levels, read_light, write_env_image
-from reflet.files.pictures.cube_layouts import LAYOUTS, layouts_of
+from reflet.files.pictures.cube_layouts import LAYOUTS, layouts_of, picture_from_faces
 from reflet.files.pictures.exr import read_exr, write_exr
 from reflet.files.pictures.hdr import write_hdr
 from reflet.files.pictures.png import write_png
@@ -23,6 +23,7 @@ from reflet.files.pictures.six_files import NAMES
 from reflet.files.textures.dds import write_dds_texture
 from reflet.files.textures.ktx2_container import write_texture
 from reflet.files.textures.texel_formats import TEXEL_FORMATS
+from reflet.files.textures.texture import Texture
 
 LATLONG, PARABOLOID, ANGULAR = (PARAMETERIZATIONS[name] for name in ("latlong", "dual_paraboloid", "angular"))
 CAPTURE = Path(__file__).parents[3] / "shared/data/two_param"
@@ -261,6 +262,24 @@ def test_what_the_user_says_outweighs_what_the_file_says(tmp_path):
         assert read_env_image(tmp_path / name, ANGULAR).parameterization == ANGULAR
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_texture_that_holds_a_cube_as_pictures_do(tmp_path, layout):
+    """Crosses in DDS are as old as cubes: the same as in a picture."""
+    image = random_image(CUBE)
+    picture = np.ones((*picture_from_faces(image, layout).shape[:2], 4), np.float32)
+    picture[..., :3] = picture_from_faces(image, layout)
+    form = TEXEL_FORMATS["rgba32f"]
+    texture = Texture(form, *picture.shape[:2], False, (form.encode(picture[None]),))
+    write_dds_texture(tmp_path / "map.dds", texture)
+    with pytest.warns(RefletWarning, match=f"holds the faces of a cube as a {layout} of pictures"):
+        read = read_env_image(tmp_path / "map.dds")
+    np.testing.assert_array_equal(read.texels, image.texels)
+    assert (file_facts(tmp_path / "map.dds").parameterization, file_facts(tmp_path / "map.dds").layout) == (
+        CUBE,
+        layout,
+    )
+
+
 def test_six_square_layers_are_a_cube(tmp_path):
     texture = random_texture("rgba32f", 4, 4, layers=6)
     write_texture(tmp_path / "map.ktx2", texture)
@@ -453,7 +472,9 @@ def test_more_that_cannot_be_written(tmp_path):
         ("none.exr", "does not exist"),
         ("none.png", "does not exist"),
         ("none.ktx2", "does not exist"),
-        ("map.txt", "no environment map that can be read"),
+        ("map.txt", "no environment map that can be read; give a file that ends in .hdr"),
+        ("map.tif", "map.tif is TIFF, which is not read; save it as .exr"),
+        ("map.heic", "is HEIC, which is not read; save it as .exr"),
         ("text.ktx2", "neither a KTX nor a DDS file"),
         ("text.dds", "neither a KTX nor a DDS file"),
         ("empty.ktx", "neither a KTX nor a DDS file"),

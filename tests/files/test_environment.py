@@ -78,7 +78,7 @@ def test_other_files_are_refused(tmp_path, capfd):
     (tmp_path / "a.jpg").write_bytes(b"")
     (tmp_path / "a.bmp").write_bytes(b"")
     refusals = {"square.exr": "does not tell", "damaged.exr": "not a readable OpenEXR", "a.jpg": "not a readable",
-                "none.hdr": "does not exist", "none.exr": "does not exist", "a.bmp": "no environment"}  # fmt: skip
+                "none.hdr": "does not exist", "none.exr": "does not exist", "a.bmp": "is BMP"}  # fmt: skip
     for name, sentence in refusals.items():
         with pytest.raises(RefletError, match=sentence):
             read_environment(tmp_path / name)

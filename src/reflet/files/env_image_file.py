@@ -36,12 +36,14 @@ from reflet.files.pictures.picture_file import (
     PictureFile,
     clipped_sentence,
     read_picture_file,
+    unread_sentence,
 )
 from reflet.files.pictures.six_files import SixFiles, siblings_of, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
     as_radiance,
     as_text,
+    cube_layout,
     holdable,
     kind_of_texture,
     levels_in_texture,
@@ -176,7 +178,9 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
     if reader is not None:
         texture = reader[1](path)
         laid_out = kind_of_texture(texture)
-        layout = "cube" if texture.is_cube else "layers" if texture.image_count > 1 else "single"
+        layout = (
+            "cube" if texture.is_cube else "layers" if texture.image_count > 1 else cube_layout(texture) or "single"
+        )
         return FileFacts(
             reader[0],
             laid_out,
@@ -239,8 +243,7 @@ def _texture_reader(path: Path) -> tuple[str, Callable[[_Path], Texture]] | None
     """By what the file begins with; by its suffix only that it is no picture. Raises RefletError for other files."""
     suffix = path.suffix.lower()
     if suffix not in READ and suffix not in _WRITERS:
-        known = " ".join([*READ, *_WRITERS])
-        raise RefletError(f"{path} is no environment map that can be read; give a file that ends in {known}.")
+        raise RefletError(unread_sentence(path, "environment map", [*READ, *_WRITERS]))
     if suffix in READ:
         return None
     try:

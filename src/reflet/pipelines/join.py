@@ -10,7 +10,7 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.hemispheres import DUAL_PARABOLOID, HALF_TURN, HemispherePicture, join_hemispheres
 from reflet.errors import RefletError, RefletWarning
-from reflet.files.pictures.picture_file import READ, clipped_sentence, read_picture_file
+from reflet.files.pictures.picture_file import READ, clipped_sentence, read_picture_file, unread_sentence
 from reflet.pipelines.convert import WITH_MIP_LEVELS, check_size, write_levels
 from reflet.progress import ProgressCallback, silent
 
@@ -106,7 +106,7 @@ def _light_in_corners(square: Picture) -> float:
 def _radiance(path: str | Path) -> Picture:
     """Red, green and blue, or grey, of a picture that is light."""
     if Path(path).suffix.lower() not in READ:
-        raise RefletError(f"{path} is no picture that can be read; give a file that ends in {' '.join(READ)}.")
+        raise RefletError(unread_sentence(path, "picture", READ))
     picture = read_picture_file(path)
     pixels = picture.pixels[..., : 3 if picture.pixels.shape[2] >= 3 else 1]
     if not np.isfinite(pixels).all():

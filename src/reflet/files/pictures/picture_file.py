@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -20,6 +20,11 @@ READ = {".hdr": "Radiance", ".exr": "OpenEXR", ".png": "PNG", ".jpg": "JPEG", ".
 """Formats by suffix."""
 
 WRITTEN = (".hdr", ".exr", ".png")
+
+_UNREAD = {".tif": "TIFF", ".tiff": "TIFF", ".heic": "HEIC", ".heif": "HEIC", ".avif": "AVIF", ".jxl": "JPEG XL"}
+_UNREAD |= {".pfm": "PFM", ".psd": "Photoshop's", ".bmp": "BMP", ".gif": "GIF", ".tga": "Targa", ".jxr": "JPEG XR"}
+_UNREAD |= dict.fromkeys((".dng", ".cr2", ".cr3", ".nef", ".arw", ".raw"), "a raw photograph")
+_UNREAD |= {".pvr": "PVR", ".basis": "Basis Universal without KTX"}
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,15 @@ def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) ->
     if pixels.shape[2] == 4 and pixels[..., 3].any():  # alpha is kept premultiplied; 0 everywhere it hides nothing
         pixels[..., :3] *= pixels[..., 3:]
     return PictureFile(pixels, read_notes(path), doubts=doubts, most=1.0)
+
+
+def unread_sentence(path: str | os.PathLike[str], what: str, suffixes: Iterable[str]) -> str:
+    """What is said of a file whose suffix is none of those read; ``what`` it should be."""
+    suffix = Path(path).suffix.lower()
+    name = _UNREAD.get(suffix)
+    if name is not None:
+        return f"{path} is {name}, which is not read; save it as .exr, or as .png where it has but 8 bits."
+    return f"{path} is no {what} that can be read; give a file that ends in {' '.join(suffixes)}."
 
 
 def clipped_sentence(path: str | os.PathLike[str], most: float, share: float) -> str:

@@ -13,6 +13,7 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.map_kinds import expected_shape, unknown_kind
+from reflet.files.pictures.cube_layouts import faces_from_picture, layout_of
 from reflet.files.textures.packed_floats import R11G11B10_MAX, RGB9E5_MAX
 from reflet.files.textures.texel_formats import TEXEL_FORMATS
 from reflet.files.textures.texture import Texture
@@ -111,7 +112,13 @@ def kind_of_texture(texture: Texture) -> Parameterization | None:
         return CUBE
     shape = (texture.image_count, texture.rows, texture.columns)
     guesses = (PARAMETERIZATIONS["latlong"], PARAMETERIZATIONS["dual_paraboloid"], CUBE)
-    return next((guess for guess in guesses if guess.shape(texture.rows) == shape), None)
+    guess = next((guess for guess in guesses if guess.shape(texture.rows) == shape), None)
+    return CUBE if guess is None and cube_layout(texture) else guess
+
+
+def cube_layout(texture: Texture) -> str | None:
+    """How a single picture holds a cube: a strip or a cross, as pictures have them (`cube_layouts`)."""
+    return layout_of(CUBE, texture.rows, texture.columns) if texture.image_count == 1 else None
 
 
 def as_text(value: bytes) -> str:
@@ -136,6 +143,11 @@ def levels_in_texture(
     if laid_out is None:
         fitting = [name for name, each in PARAMETERIZATIONS.items() if each.shape(rows) == (images, rows, columns)]
         raise RefletError(unknown_kind(path, what, fitting))
+    layout = cube_layout(texture) if laid_out == CUBE else None
+    if layout is not None:
+        (picture,) = as_radiance([texture.decode(0)[0]])
+        said = f"{path} holds the faces of a cube as a {layout} of pictures; mip levels, if it has any, are left out."
+        return (faces_from_picture(picture, CUBE, layout),), [said]
     decoded = []
     for mip_level in range(len(texture.levels)):
         shape = texture.level_shape(mip_level)
