@@ -131,6 +131,7 @@ def test_without_webgpu_each_cause_has_its_sentence(seen):
         "http://lab.example:8000. Open it over https, or run ssh -N -L 8000:lab.example:8000 lab.example and open "
         "http://localhost:8000/user/you/proxy/80/"
     )
+    assert seen["selected"] == seen["insecure"]  # so that the command can be copied
 
 
 def test_a_page_of_our_own_takes_all_gestures_but_in_a_frame(seen):

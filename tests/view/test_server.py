@@ -7,7 +7,9 @@ import os
 import shutil
 import socket
 import struct
+import sys
 import threading
+import webbrowser
 from urllib.parse import urlsplit
 
 import pytest
@@ -15,10 +17,10 @@ from small_pem import small_pem
 
 from reflet.errors import RefletError
 from reflet.pem.container import open_pem, save_pem
-from reflet.view import static_files
+from reflet.view import server, static_files
 from reflet.view.export import export_viewer
 from reflet.view.hosts import read_hosts, ways_in
-from reflet.view.server import viewer_server
+from reflet.view.server import serve, viewer_server
 
 
 @pytest.fixture
@@ -161,6 +163,28 @@ def test_ways_in_from_elsewhere():
     user = getpass.getuser()
     assert f"run: ssh -N -L 8000:127.0.0.1:8000 -p 2222 {user}@192.0.2.1\nand open http://localhost:8000/" in said
     assert "over https only" in ways_in(read_hosts(["0.0.0.0"]), 8000, {})
+
+
+@pytest.mark.parametrize("far", [False, True])
+def test_no_browser_opens_within_a_terminal(folder, monkeypatch, capsys, far):
+    """In a session by ssh without a display Python would open one that draws in text, over what is printed."""
+    opened = []
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SSH_CONNECTION"):
+        monkeypatch.delenv(name, raising=False)
+    if far:
+        monkeypatch.setenv("SSH_CONNECTION", "198.51.100.7 50000 192.0.2.1 22")
+    monkeypatch.setattr(server, "_wait", interrupt)
+    serve(folder / "pem", name="it")
+    address, *ways = filter(None, capsys.readouterr().out.splitlines())
+    assert address.endswith("/ shows it; Ctrl-C ends it.")
+    assert opened == ([] if far else [address.split()[0]])
+    assert [way for way in ways if "ssh -N -L" in way] == (ways[:1] if far else [])
 
 
 def test_only_what_changed_is_sent_again(folder):

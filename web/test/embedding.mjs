@@ -237,6 +237,8 @@ await withPage(
     });
     await page.goto(proxy);
     seen.insecure = await notice();
+    await page.locator(".notice").selectText(); // as one does who copies what it says
+    seen.selected = await page.evaluate(() => getSelection().toString());
     seen.captured = [await page.locator("canvas.captured").count()];
     const framed = '<!doctype html><iframe src="index.html"></iframe>';
     await page.route("**/framed.html", (route) => route.fulfill({ body: framed, contentType: "text/html" }));

@@ -41,7 +41,7 @@ def serve(
         if open_browser and not _far_from_a_screen():
             webbrowser.open(address)
         try:
-            threading.Event().wait()
+            _wait()
         except KeyboardInterrupt:
             print()
 
@@ -66,6 +66,10 @@ def viewer_server(folder: str | Path, port: int = 0, hosts: Sequence[str] = ()) 
         server.shutdown()
         server.server_close()
         thread.join()
+
+
+def _wait() -> None:
+    threading.Event().wait()
 
 
 def _far_from_a_screen() -> bool:

@@ -85,9 +85,10 @@ export abstract class Player {
     this.invalidate();
   }
 
-  /** Draws no more: the device is lost or no longer wanted. */
+  /** Draws no more, and leaves the canvas empty: the device is lost or no longer wanted. */
   stop(): void {
     this.device = undefined;
+    this.context.unconfigure();
   }
 
   /** Whether it draws. */
