@@ -102,12 +102,17 @@ def test_make_targets_in_sentences_and_pages_are_there() -> None:
     assert [each for each in named if each[1] not in targets] == []
 
 
-def code_in(page: Path) -> Iterator[str]:
-    """Lines of fenced blocks without their comments, and what stands between backticks."""
+def lines_of_blocks(page: Path) -> list[str]:
+    """Lines of a page's fenced blocks, without their comments."""
     text = re.sub(r"\\\n\s*", " ", page.read_text())
     blocks = re.findall(r"^```.*?\n(.*?)^```", text, re.M | re.S)
-    yield from (line.split("  #")[0] for block in blocks for line in block.splitlines())
-    yield from re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
+    return [line.split("  #")[0] for block in blocks for line in block.splitlines()]
+
+
+def code_in(page: Path) -> list[str]:
+    """These, and what stands between backticks."""
+    prose = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.M | re.S)
+    return lines_of_blocks(page) + re.findall(r"`([^`\n]+)`", prose)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
@@ -132,3 +137,15 @@ def test_a_false_name_would_be_found() -> None:
     assert faults("reflet convert --polish mends it") == ["reflet convert … --polish"]
     assert faults("reflet convert a.hdr b.hdr --polish, which helps") == ["reflet convert … --polish"]
     assert faults("reflet convert --repair mends it") == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_commands_in_pages_parse(page: Path) -> None:
+    for line in lines_of_blocks(page):
+        if not re.match(r"\s*(\S*/)?reflet [a-z]+ [^…\[]*$", line):
+            continue
+        _, verb, *arguments = shlex.split(line, comments=True)
+        try:
+            VERBS[verb].make_context(verb, arguments)
+        except click.ClickException as error:
+            pytest.fail(f"{line}: {error.format_message()}")

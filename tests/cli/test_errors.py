@@ -155,3 +155,28 @@ def test_usage_errors_are_sentences(capsys: pytest.CaptureFixture[str], tmp_path
         "not '1,2'. Try reflet join --help."
     )
     assert "table:FILE.npz" in refused(capsys, "prefilter", "a.exr", "--brdf", "table:", "-o", tmp_path / "out")
+
+
+def test_results_that_cannot_be_written_are_refused_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    from small_pem import small_pem
+
+    from reflet.pem.container import save_pem
+
+    def worked(*_: object, **__: object) -> None:
+        raise AssertionError("the work was begun")
+
+    monkeypatch.setattr("reflet.pipelines.compare.compare", worked)
+    monkeypatch.setattr("reflet.pipelines.verify.verify", worked)
+    save_pem(tmp_path / "pem", small_pem())
+    (tmp_path / "file").write_text("")
+    for option, name in (("--json", "a.json"), ("--figure", "a.png"), ("--page", "a.html"), ("--images", "pictures")):
+        assert "stands where the folder" in refused(
+            capsys, "compare", tmp_path / "pem", option, tmp_path / "file" / name
+        )
+    assert "stands where the folder" in refused(capsys, "verify", tmp_path / "pem", "--json", tmp_path / "file/a.json")
+    assert "A figure is a .png" in refused(capsys, "compare", tmp_path / "pem", "--figure", tmp_path / "a.jpg")
+    assert "A page is a .html" in refused(capsys, "compare", tmp_path / "pem", "--page", tmp_path / "a")
+    assert "finite numbers" in refused(capsys, "render", tmp_path / "pem", "--azimuth", "nan", "-o", tmp_path / "a.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "pem"]

@@ -44,17 +44,24 @@ def compare(
     """
     import json
 
-    from reflet.files.atomic import atomic_write
+    from reflet.errors import RefletError
+    from reflet.files.atomic import atomic_write, check_writable
     from reflet.pem.container import open_pem
     from reflet.pipelines.compare import compare as compare_pem
     from reflet.report.figure import comparison_figure
     from reflet.report.page import result_page
     from reflet.report.table import comparison_table
 
+    for written, suffix, what in ((figure, ".png", "figure"), (page, ".html", "page")):
+        if written is not None and written.suffix.lower() != suffix:
+            raise RefletError(f"A {what} is a {suffix}, not {written.name}.")
     with progress_bar() as progress:
         progress("read", 0, 1)
         opened = open_pem(pem)
         progress("read", 1, 1)
+        for written in (json_path, figure, page, images and images / "sample.exr"):
+            if written is not None:
+                check_writable(written)
         comparison = compare_pem(
             opened,
             samples=int(samples) if samples else None,

@@ -30,12 +30,12 @@ def info(path: Path, source_is: Parameterization | None, layer: str | None) -> N
       reflet info satin.npz
     """
     no_cube = _why_no_cube(path) if path.is_dir() else None
-    if no_cube is not None:
+    if no_cube is not None or path.suffix.lower() == ".gltf":
         from reflet.pem import layout
         from reflet.pem.container import open_pem
         from reflet.report.table import pem_table
 
-        if not any((path / name).exists() for name in (layout.SCENE, layout.PARAMETERS)):
+        if path.is_dir() and not any((path / name).exists() for name in (layout.SCENE, layout.PARAMETERS)):
             raise RefletError(f"{path} holds neither a PEM nor six files of a cube: {no_cube}")
         click.echo(pem_table(open_pem(path)))
     elif not path.suffix and not path.exists():

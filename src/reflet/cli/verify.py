@@ -22,7 +22,7 @@ def verify(pem: Path, json_path: Path | None) -> int:
     import json
     from dataclasses import asdict
 
-    from reflet.files.atomic import atomic_write
+    from reflet.files.atomic import atomic_write, check_writable
     from reflet.pem.container import open_pem
     from reflet.pipelines.verify import verify as verify_pem
 
@@ -30,6 +30,8 @@ def verify(pem: Path, json_path: Path | None) -> int:
         progress("read", 0, 1)
         opened = open_pem(pem)
         progress("read", 1, 1)
+        if json_path:
+            check_writable(json_path)
         verification = verify_pem(opened, progress=progress)
     if json_path:
         atomic_write(json_path, (json.dumps(asdict(verification), indent=1) + "\n").encode())

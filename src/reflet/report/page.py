@@ -2,6 +2,7 @@
 
 import base64
 import html
+import shlex
 from io import BytesIO
 from pathlib import PurePath
 
@@ -41,7 +42,8 @@ def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, nam
 
     ``name`` is the PEM's folder as the reader will type it.
     """
-    words, title = html.escape(name), html.escape(PurePath(name).name)
+    title = html.escape(PurePath(name).name)
+    words = html.escape(shlex.quote(name), quote=False)
     traced = _image(picture_srgb(comparison.traced_picture), "Ray traced")
     baked = _image(picture_srgb(comparison.layered_picture), "Played back from the maps")
     sheets = {"distant": "", "local": ""}

@@ -23,7 +23,9 @@ class Camera:
 
     def __post_init__(self) -> None:
         forward = np.subtract(self.target, self.position)
-        if not np.isfinite(forward).all() or np.linalg.norm(np.cross(forward, self.up)) < 1e-9:
+        if not np.isfinite(forward).all():
+            raise RefletError("A camera's place and target are finite numbers; give angles and distances that are.")
+        if np.linalg.norm(np.cross(forward, self.up)) < 1e-9:
             eye, target = (", ".join(f"{each:.6g}" for each in point) for point in (self.position, self.target))
             raise RefletError(
                 f"A camera at ({eye}) that looks at ({target}) has no upright picture; choose an elevation below "
