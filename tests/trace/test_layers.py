@@ -7,11 +7,14 @@ from trace_scenes import CHROME, camera, constant_light, no_irradiance, quad, ro
 from reflet.scene.material import Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
+from reflet.trace import segmentation
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.compose import compose, object_coverage
+from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import SegmentedLayers
 from reflet.trace.references.path_reference import PathReference
 from reflet.trace.tracer import Tracer
+from reflet.trace.variant import use_variant
 
 
 def layers_of(what: Scene, size: int = 48, spp: int = 16, **more: object) -> SegmentedLayers:
@@ -174,3 +177,18 @@ def test_textures_give_metal_and_base_colour_their_place() -> None:
     np.testing.assert_allclose(layers.fresnel[left], half, atol=1e-5)
     np.testing.assert_allclose(layers.fresnel[right], 0.04, atol=1e-5)
     np.testing.assert_allclose(layers.diffuse[right], np.tile([[0.0, 0.25, 0.0]], (right.sum(), 1)), atol=1e-6)
+
+
+def test_many_parts_give_the_same_rows_as_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where an object has many parts their sums are taken for few pixels at a time."""
+    balls = [Part(f"ball {k}", sphere(radius=0.3, centre=(0.6 * k - 0.9, 0.0, 0.0)), CHROME, True) for k in range(4)]
+    use_variant()
+    device = DeviceScene(scene(balls, [(0, 1, 2, 3)], constant_light(1.0)))
+    whole = segmentation.segmented_layers(device, camera(), 4, 0)
+    monkeypatch.setattr(segmentation, "MANY_PARTS", 0)
+    monkeypatch.setattr(segmentation, "FEW_PIXELS", 7)
+    pieces = segmentation.segmented_layers(device, camera(), 4, 0)
+    assert len(np.unique(whole.part)) == 4
+    for name, values in vars(whole).items():
+        if isinstance(values, np.ndarray):
+            np.testing.assert_array_equal(getattr(pieces, name), values, err_msg=name)

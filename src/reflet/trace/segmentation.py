@@ -16,6 +16,7 @@ from reflet.trace.surface import environment_radiance
 from reflet.trace.visible import candidates
 
 NOTHING = 0xFFFFFFFF
+MANY_PARTS, FEW_PIXELS = 64, 256
 CHANNELS = 16  # diffuse, fresnel, distant, local, combined (3 each), alpha
 
 
@@ -54,17 +55,23 @@ def _object_rows(device: DeviceScene, rays: CameraRays, index: int) -> tuple[np.
     pixels = candidates(device, rays.camera, index)
     parts = np.array(device.scene.objects[index].parts, np.int32)
     slot_of_part = np.full(len(device.scene.parts), -1, np.int32)
-    slot_of_part[parts] = np.arange(len(parts))
     found = [(np.zeros(0, np.int32),) * 2 + (np.zeros((0, CHANNELS), np.float32), np.zeros(0, np.float32))]
     for batch in rays.batches(pixels):
         part, channels = _trace_batch(device, rays, index, batch)
-        sums, counts = _sum_by_part(part, slot_of_part, channels, rays.spp, len(batch), len(parts))
-        at, slot = np.nonzero(counts)
-        count = counts[at, slot].astype(np.float64)
-        order = np.lexsort((parts[slot], at))
-        at, slot, count = at[order], slot[order], count[order]
-        means = (sums[at, slot] / count[:, None]).astype(np.float32)
-        found.append((batch[at], parts[slot], means, (count / rays.spp).astype(np.float32)))
+        # sums are kept for each pixel and part: where parts are many, for few pixels and what they see at a time
+        step = len(batch) if len(parts) <= MANY_PARTS else FEW_PIXELS
+        for first in range(0, len(batch), step):
+            pixel, span = batch[first : first + step], slice(first * rays.spp, (first + step) * rays.spp)
+            some = parts if len(parts) <= MANY_PARTS else np.intersect1d(parts, part[span].astype(np.int32))
+            slot_of_part[some] = np.arange(len(some))
+            seen = [channel[span] for channel in channels]
+            sums, counts = _sum_by_part(part[span], slot_of_part, seen, rays.spp, len(pixel), len(some))
+            at, slot = np.nonzero(counts)
+            count = counts[at, slot].astype(np.float64)
+            order = np.lexsort((some[slot], at))
+            at, slot, count = at[order], slot[order], count[order]
+            means = (sums[at, slot] / count[:, None]).astype(np.float32)
+            found.append((pixel[at], some[slot], means, (count / rays.spp).astype(np.float32)))
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))
 
 

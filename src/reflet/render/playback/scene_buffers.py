@@ -54,6 +54,9 @@ class SceneBuffers:
         part_layout: wgpu.GPUBindGroupLayout,
     ) -> None:
         self._device, self._pem, self._part_layout = device, pem, part_layout
+        # the first layer counts; parts may be thousands
+        layers = reversed(list(enumerate(pem.layers)))
+        self._layers = {(part, layer.kind): i for i, layer in layers for part in layer.parts}
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
         self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
         self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
@@ -111,8 +114,7 @@ class SceneBuffers:
 
     def layer_of_part(self, part: int, kind: str) -> int | None:
         """Index of the layer of this kind that a part looks up."""
-        found = (i for i, layer in enumerate(self._pem.layers) if layer.kind == kind and part in layer.parts)
-        return next(found, None)
+        return self._layers.get((part, kind))
 
     def _maps(self, arrays: Sequence[wgpu.GPUTexture], layer: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
         """A layer's maps if they are cubes, or if they are not; else a map of one black texel."""
