@@ -56,7 +56,9 @@ class SceneBuffers:
         self._device, self._pem, self._part_layout = device, pem, part_layout
         # the first layer counts; parts may be thousands
         layers = reversed(list(enumerate(pem.layers)))
-        self._layers = {(part, layer.kind): i for i, layer in layers for part in layer.parts}
+        self._layers: dict[tuple[int, str], int] = {
+            (part, layer.kind): i for i, layer in layers for part in layer.parts
+        }
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
         self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
         self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
