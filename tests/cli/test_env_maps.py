@@ -129,6 +129,13 @@ def test_info_of_six_files_and_of_textures(studio: Path, tmp_path: Path, capsys:
         assert words in out
 
 
+def test_info_of_a_cube_that_lacks_a_face_says_which(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("ft", "bk", "up", "dn", "rt"):
+        write_exr(tmp_path / f"sky_{name}.exr", np.ones((8, 8, 3), np.float32))
+    assert "beside sky_ft.exr those called lf are missing" in refused(capsys, "info", tmp_path)
+    assert "beside sky_ft.exr those called lf are missing" in refused(capsys, "info", tmp_path / "sky_up.exr")
+
+
 def fisheyes(folder: Path, fov: float = 190.0, size: int = 96) -> tuple[Path, Path]:
     """Equidistant pictures of the sky to the front (+z) and to the back."""
     at = (np.arange(size) + 0.5) / size * 2.0 - 1.0
