@@ -8,6 +8,7 @@ import pytest
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.meshes.corners import crease_normals
 from reflet.scene.readers.obj.read import read_obj
+from reflet.scene.readers.obj.scan import Count, ObjArrays, scan
 
 CUBE = """
 v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1
@@ -395,3 +396,45 @@ def test_random_meshes_in_random_spelling_read_back_the_same(tmp_path):
         expected = (uv[mapped].astype(float) * (1.0, -1.0) + (0.0, 1.0)).astype(np.float32)
         # v is taken from 1 before it is rounded: half a float32's step below 1, at ten digits either way
         np.testing.assert_allclose(part.mesh.uv[part.mesh.triangles], expected, rtol=0, atol=6e-8)
+
+
+PIECES = [" ", "\t", "\n", "\r", "\\\n", "#", "#a \\\n", "-", "/", "0", "9", "x", ".", ".#", "nan", "1e99"] + [
+    "v",
+    "f",
+    "vt",
+    "s",
+    "o",
+    "1/2/3",
+    "99999999999",
+    "\0",
+    "usemtl",
+]
+
+
+def test_damaged_files_are_read_or_refused_and_the_first_pass_counts_enough(tmp_path):
+    """What the second pass would write beyond the arrays would be lost at best: it must never count more."""
+    whole = (
+        "mtllib a.mtl\no box\n" + SQUARE + "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\ns 1\nusemtl red # c\n"
+        "f 1/1/1 2/2/1 3/3/1\nf 1 2 3 4\ng x\ns off\nf -4 -3 -2\nl 1 2\nf 1//1 2//1 \\\n 4//1\n"
+    )
+    read, texts = 0, [SQUARE + "f 1 2 3\nf 1 x\n", SQUARE + "f 1 2 3#a \\\nf 1 2 3\n"]
+    for seed in range(400):
+        draw, text = random.Random(seed), whole
+        for _ in range(draw.randint(1, 5)):
+            at, cut = draw.randrange(len(text)), draw.choice([0, 0, 1, 5])
+            text = text[:at] + draw.choice(PIECES) * (cut == 0) + text[at + cut :]
+        texts.append(text)
+    for text in texts:
+        data = np.frombuffer(bytearray(text, "utf-8"), np.uint8)
+        first, second = np.zeros(len(Count), np.int64), np.zeros(len(Count), np.int64)
+        scan(data, None, first)
+        scan(data, ObjArrays.of(first), second)
+        for count in (Count.POSITIONS, Count.COORDINATES, Count.NORMALS, Count.CORNERS, Count.FACES, Count.STATEMENTS):
+            assert second[count] <= first[count], (text, count)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RefletWarning)
+            try:
+                read += len(read_obj(write(tmp_path, text))) > 0
+            except RefletError as error:
+                assert str(error).endswith((".", "; export it again."))
+    assert 50 < read < 350  # both ways are taken

@@ -15,6 +15,7 @@ from reflet.scene.readers.obj.tokens import (
     line_break,
     past_blanks,
     past_token,
+    past_value,
     read_corner,
     read_numbers,
     statement_end,
@@ -177,11 +178,11 @@ def _scan(
                             for k in range(3):
                                 corners[n, k] = corner[k]
                     else:
-                        at = past_token(data, at)
+                        at = past_value(data, at)
                     n += 1
-                if n - first < 3 and fault == 0:
+                if n - first < 3:
                     counts[Count.THIN_FACES.value] += 1
-                else:
+                elif fault == 0:
                     if fill:
                         starts[counts[Count.FACES.value]] = first
                         lines[counts[Count.FACES.value]] = first_line

@@ -73,6 +73,15 @@ def past_token(data, at):
 
 
 @njit(cache=True)
+def past_value(data, at):
+    """As `past_token`, but a comment may follow at once: # ends a value, save in Microsoft's 1.#QNAN."""
+    end = past_token(data, at)
+    while at < end and (data[at] != NUMBER_SIGN or (at > 0 and data[at - 1] == _POINT)):
+        at += 1
+    return at
+
+
+@njit(cache=True)
 def at_end(data, at):
     """Whether the statement ends here: at a line end or a comment."""
     return at >= len(data) or data[at] == NUMBER_SIGN or data[at] == _NEWLINE or data[at] == _RETURN
@@ -106,7 +115,7 @@ def _number(data, at):
         letter = data[at] | 32 if at < len(data) else 0  # nan, inf, -nan(ind)
         second = data[at + 1] | 32 if at + 1 < len(data) else 0
         names = (letter == 110 and second == 97) or (letter == 105 and second == 110)
-        return 0.0, past_token(data, start), Fault.NOT_FINITE.value if names else Fault.NO_NUMBER.value
+        return 0.0, past_value(data, start), Fault.NOT_FINITE.value if names else Fault.NO_NUMBER.value
     if at < len(data) and data[at] | 32 in (100, 101):  # Fortran writes d
         sign, after = 1, at + 1
         if after < len(data) and (data[after] == _MINUS or data[after] == _PLUS):
@@ -115,13 +124,9 @@ def _number(data, at):
         after, count, exponent, _ = _digits(data, after, np.int64(0), 0)
         if count:
             at, scale = after, scale + sign * min(exponent, 100000)
-    end = past_token(data, at)
-    if at < end and data[at] == NUMBER_SIGN:
-        if data[at - 1] == _POINT:  # 1.#QNAN
-            return 0.0, end, Fault.NOT_FINITE.value
-        end = at
+    end = past_value(data, at)
     if at < end:
-        return 0.0, end, Fault.NO_NUMBER.value
+        return 0.0, end, Fault.NOT_FINITE.value if data[at] == NUMBER_SIGN else Fault.NO_NUMBER.value
     value = float(mantissa)
     if 0 <= scale <= 22:
         value = value * _POWERS[scale]
@@ -163,7 +168,7 @@ def read_numbers(data, at, row, fill):
                 fault = problem if fault == 0 or problem == Fault.NO_NUMBER.value else fault
             row[count] = value
         else:
-            at = past_token(data, at)
+            at = past_value(data, at)
         count += 1
 
 
@@ -186,7 +191,7 @@ def read_corner(data, at, sizes, corner):
             at += 1
         else:
             break
-    if at_end(data, at) or past_token(data, at) == at:
+    if past_value(data, at) == at:
         return at, 0
     return at, Fault.NO_INDEX.value
 
