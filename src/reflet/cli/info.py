@@ -60,15 +60,25 @@ def _why_no_cube(folder: Path) -> RefletError | None:
 def _tell_of_map(path: Path, source_is: Parameterization | None, layer: str | None) -> None:
     from rich.console import Console
 
+    from reflet.cli.progress import progress_bar
     from reflet.files.env_image_file import file_facts, read_levels
     from reflet.report.env_image_table import env_image_table
     from reflet.report.terminal_picture import terminal_picture
 
-    levels = read_levels(path, source_is, layer=layer)
     console = Console()
-    if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
-        console.print(terminal_picture(levels[0], min(console.width, 96)), end="")
-    click.echo(env_image_table(file_facts(path, layer), levels))
+    picture = None
+    with progress_bar() as progress:
+        progress("read", 0, 1)
+        levels = read_levels(path, source_is, layer=layer)
+        progress("read", 1, 1)
+        progress("measure", 0, 1)
+        if console.is_terminal and not console.no_color and console.color_system in ("truecolor", "256"):
+            picture = terminal_picture(levels[0], min(console.width, 96))
+        table = env_image_table(file_facts(path, layer), levels)
+        progress("measure", 1, 1)
+    if picture is not None:
+        console.print(picture, end="")
+    click.echo(table)
 
 
 def _tell_of_brdf(path: Path) -> None:

@@ -34,7 +34,12 @@ def sketch(drawing: str, size: int, parameterization: Parameterization, seed: in
       reflet shade teapot illustration.ktx2 --material map:view-normal -o teapot.png
       reflet sketch hatching --parameterization cube --size 512 -o 'hatching_{level}.png'
     """
+    from reflet.cli.progress import progress_bar
     from reflet.pipelines.sketch import sketch_levels, write_sketch
 
-    for file in write_sketch(output, sketch_levels(drawing, parameterization, size, seed)):
+    with progress_bar() as progress:
+        progress("draw", 0, 1)
+        files = write_sketch(output, sketch_levels(drawing, parameterization, size, seed))
+        progress("draw", 1, 1)
+    for file in files:
         click.echo(f"{file} is written.")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from reflet.envmap.compiled_facts import scanned
 from reflet.envmap.env_image import EnvImage
 
 Vec3 = tuple[float, float, float]
@@ -31,40 +32,38 @@ class EnvImageFacts:
 def facts(image: EnvImage) -> EnvImageFacts:
     """The facts of an image with 1, 3 or 4 channels, over the texels that directions lead to.
 
-    Texels are weighted by their solid angle. Where everything is black, directions are +y and shares 0.
+    Texels are weighted by their solid angle. Memory beside the image is small: those of the brightest directions come
+    from a histogram with bins 1/2048 wide. Where everything is black, directions are +y and shares 0.
     """
-    parameterization, size = image.parameterization, image.size
-    direction, _ = parameterization.texel_directions(size)
-    solid_angle = parameterization.texel_solid_angle(size)
-    seen = solid_angle > 0.0
-    omega = solid_angle[seen]
-    radiance = image.texels[seen][:, : 3 if image.texels.shape[-1] >= 3 else 1].astype(np.float64)
-    luminance = radiance @ LUMINANCE if radiance.shape[1] == 3 else radiance[:, 0]
-    power = omega @ radiance
-    flux = omega * luminance
-    total = float(flux.sum())
-    brightest = int(np.argmax(luminance))
-    towards = flux @ direction[seen]
+    solid_angle = image.parameterization.texel_solid_angle(image.size)
+    weights = LUMINANCE if image.texels.shape[-1] >= 3 else np.ones(1)
+    texels = image.texels if image.texels.dtype.itemsize >= 4 else image.texels.astype(np.float32)
+    (least, greatest, place, *towards), power, by_luminance = scanned(
+        texels, solid_angle, image.parameterization.kind, weights
+    )
+    total = float(power @ weights)
     length = float(np.linalg.norm(towards))
+    face, row, column = np.unravel_index([int(place)], solid_angle.shape)
+    _, rows, columns = solid_angle.shape
+    uv = np.stack([(column + 0.5) / columns, (row + 0.5) / rows], -1)
+    brightest, _ = image.parameterization.direction_from_uv(face, uv)
     return EnvImageFacts(
-        least=float(radiance.min()),
-        greatest=float(radiance.max()),
+        least=float(least),
+        greatest=float(greatest),
         power=tuple(power.tolist()),
         mean=tuple((power / (4.0 * np.pi)).tolist()),
-        flux_of_brightest=_brightest_flux(luminance, omega) / total if total > 0.0 else 0.0,
-        brightest=_vec3(direction[seen][brightest]) if total > 0.0 else (0.0, 1.0, 0.0),
-        brightest_radiance=tuple(radiance[brightest].tolist()),
-        dominant=_vec3(towards / length) if length > 0.0 else (0.0, 1.0, 0.0),
+        flux_of_brightest=_brightest_flux(by_luminance) / total if total > 0.0 else 0.0,
+        brightest=_vec3(brightest[0]) if total > 0.0 else (0.0, 1.0, 0.0),
+        brightest_radiance=tuple(image.texels[face[0], row[0], column[0], : len(weights)].tolist()),
+        dominant=_vec3(np.array(towards) / length) if length > 0.0 else (0.0, 1.0, 0.0),
         directedness=length / total if total > 0.0 else 0.0,
     )
 
 
-def _brightest_flux(luminance: Float[np.ndarray, "n"], omega: Float[np.ndarray, "n"]) -> float:
-    """Flux of the brightest texels that together fill the share of all directions, the last one in part."""
-    order = np.argsort(luminance)[::-1]
-    filled = np.concatenate([[0.0], np.cumsum(omega[order])])
-    flux = np.concatenate([[0.0], np.cumsum(luminance[order] * omega[order])])
-    return float(np.interp(BRIGHTEST_SHARE * 4.0 * np.pi, filled, flux))
+def _brightest_flux(by_luminance: Float[np.ndarray, "bins 2"]) -> float:
+    """Flux of the brightest texels that together fill the share of all directions; of the last bin a part."""
+    filled, flux = np.cumsum(by_luminance[::-1], 0).T
+    return float(np.interp(BRIGHTEST_SHARE * 4.0 * np.pi, np.append(0.0, filled), np.append(0.0, flux)))
 
 
 def share_of_light(image: EnvImage, at_least: float) -> float:

@@ -35,6 +35,7 @@ from reflet.files.pictures.picture_file import (
     WRITTEN,
     PictureFile,
     clipped_sentence,
+    picture_outline,
     read_picture_file,
     unread_sentence,
 )
@@ -170,7 +171,7 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
     files = _six_files_at(path, None)
     if files is not None:
         first = files.paths[0]
-        face = read_picture_file(first, layer)
+        face = picture_outline(first, layer)
         height, width, channels = face.pixels.shape
         form = READ[first.suffix.lower()]
         return FileFacts(form, CUBE, "faces", height, width, 6, 1, channels, _stored_as(first), None, face.notes)
@@ -194,7 +195,7 @@ def file_facts(path: _Path, layer: str | None = None) -> FileFacts:
             texture.supercompression,
             {key: as_text(value) for key, value in texture.metadata.items()},
         )
-    picture = read_picture_file(path, layer)
+    picture = picture_outline(path, layer)
     height, width, channels = picture.pixels.shape
     laid_out = kind_of_picture(picture)
     lies = "openexr" if picture.openexr_layout else layout_of(laid_out, height, width) if laid_out else None
@@ -214,7 +215,7 @@ def _six_files_at(path: Path, parameterization: Parameterization | None) -> SixF
     files = siblings_of(path, READ) if path.is_file() else None
     if files is None:
         return None
-    picture = read_picture_file(path)
+    picture = picture_outline(path)
     height, width, _ = picture.pixels.shape
     return files if height == width and kind_of_picture(picture) is None else None
 

@@ -5,6 +5,7 @@ from jaxtyping import Bool, Float
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.padding import outside_disc
 from reflet.files.pictures.cube_layouts import picture_from_faces
 
 
@@ -15,7 +16,11 @@ def flat_sheet(
 
     The faces of a cube form a horizontal cross, as somebody inside sees them; those of other maps lie side by side.
     """
-    _, valid = image.parameterization.texel_directions(image.size)
-    shown = EnvImage(image.parameterization, valid[..., None].astype(np.float32))
-    layout = "horizontal-cross" if image.parameterization == CUBE else None
+    parameterization = image.parameterization
+    if parameterization != CUBE and not parameterization.is_round:
+        sheet = picture_from_faces(image, None)
+        return sheet, np.broadcast_to(np.array(True), sheet.shape[:2])
+    valid = np.broadcast_to(~outside_disc(parameterization, image.size), parameterization.shape(image.size))
+    shown = EnvImage(parameterization, valid[..., None].astype(np.float32))
+    layout = "horizontal-cross" if parameterization == CUBE else None
     return picture_from_faces(image, layout), picture_from_faces(shown, layout)[..., 0] > 0.5

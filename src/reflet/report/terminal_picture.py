@@ -1,7 +1,7 @@
 """Pictures in a terminal: a character cell shows two pixels, one above the other."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from rich.color import Color
 from rich.style import Style
 from rich.text import Text
@@ -22,10 +22,10 @@ def terminal_picture(image: EnvImage, columns: int) -> Text:
     colours, which the console brings down to what a terminal has; what no direction leads to is left blank.
     """
     sheet, shown = flat_sheet(image)
-    radiance = sheet[..., :3] if sheet.shape[-1] >= 3 else np.repeat(sheet[..., :1], 3, -1)
     factor = max(int(np.ceil(sheet.shape[1] / columns)), 1)
-    weight = _blocks(shown[..., None].astype(np.float64), factor)
-    radiance = _blocks(np.where(shown[..., None], radiance, 0.0), factor) / np.maximum(weight, 1e-9)
+    sums = [_sums(sheet[row : row + factor], shown[row : row + factor], factor) for row in range(0, len(sheet), factor)]
+    weight = np.stack(sums)[..., 3:]
+    radiance = np.stack(sums)[..., :3] / np.maximum(weight, 1e-9)
     visible = weight[..., 0] > 0.5 * factor**2
     median = float(np.median(radiance[visible] @ LUMINANCE))
     pixels = picture_srgb(radiance, EXPOSURE * MIDDLE_GREY / median if median > 0.0 else EXPOSURE)
@@ -45,11 +45,10 @@ def terminal_picture(image: EnvImage, columns: int) -> Text:
     return text
 
 
-def _blocks(
-    pixels: Float[np.ndarray, "height width channels"], factor: int
-) -> Float[np.ndarray, "rows columns channels"]:
-    """Sums over squares of ``factor``² pixels; those over the edge count as 0."""
-    height, width, channels = pixels.shape
-    padded = np.pad(pixels, ((0, -height % factor), (0, -width % factor), (0, 0)))
-    rows, columns = padded.shape[0] // factor, padded.shape[1] // factor
-    return padded.reshape(rows, factor, columns, factor, channels).sum((1, 3), dtype=np.float64)
+def _sums(
+    rows: Float[np.ndarray, "rows width channels"], shown: Bool[np.ndarray, "rows width"], factor: int
+) -> Float[np.ndarray, "columns 4"]:
+    """Radiance and number of the pixels shown in each square of ``factor`` columns; those over the edge count as 0."""
+    colors = np.where(shown[..., None], rows[..., :3], 0.0).sum(0, dtype=np.float64)
+    line = np.concatenate([np.broadcast_to(colors, (len(shown[0]), 3)), shown.sum(0)[:, None]], -1)
+    return np.add.reduceat(line, np.arange(0, len(line), factor))

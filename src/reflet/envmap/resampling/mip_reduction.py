@@ -8,6 +8,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.angular import Angular
 from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.resampling.compiled_mips import halve
 from reflet.envmap.resampling.padding import continued, outside_disc, padded
 
 Level = Shaped[np.ndarray, "faces rows columns *channels"]
@@ -53,19 +54,22 @@ def halved(
 ) -> Shaped[np.ndarray, "faces half_rows half_columns *channels"]:
     """The next coarser level of a map with an even number of rows: solid-angle weighted means of two by two texels."""
     weight = parameterization.texel_solid_angle(texels.shape[1])
-    return _halved(parameterization, texels, weight)[0].astype(texels.dtype)
+    dtype = np.float64 if texels.dtype == np.float64 else np.float32
+    return _halved(parameterization, texels, weight, dtype)[0].astype(texels.dtype, copy=False)
 
 
 def _halved(
-    parameterization: Parameterization, fine: Level, weight: Float[np.ndarray, "faces rows columns"]
+    parameterization: Parameterization,
+    fine: Level,
+    weight: Float[np.ndarray, "faces rows columns"],
+    dtype: type[np.floating] = np.float64,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weighted means of two by two texels, and the sums of their weights."""
-    four = [(slice(None), slice(i, None, 2), slice(j, None, 2)) for i in (0, 1) for j in (0, 1)]
-    total = sum((weight[each] for each in four[1:]), weight[four[0]])
-    safe = np.where(total > 0.0, total, 1.0)
-    coarse = np.zeros((*total.shape, *fine.shape[3:]), np.float64)
-    for each in four:
-        coarse += fine[each] * (weight[each] / safe).reshape(*total.shape, *[1] * (fine.ndim - 3))
+    faces, rows, columns = fine.shape[:3]
+    total = np.empty((faces, rows // 2, columns // 2))
+    coarse = np.empty((*total.shape, *fine.shape[3:]), dtype)
+    fine = fine if fine.dtype.itemsize >= 4 else fine.astype(np.float32)  # half floats are none of the compiler's
+    halve(fine.reshape(faces, rows, columns, -1), weight, coarse.reshape(*total.shape, -1), total)
     return continued(parameterization, coarse, total[0] == 0.0), total
 
 

@@ -12,8 +12,18 @@ def padded(
     """One level with its neighbours' nearest texels around every face; where none is, at a cube's corners, the mean of
     the three texels there."""
     faces, rows, columns = texels.shape[:3]
-    out = np.zeros((faces, rows + 2, columns + 2, *texels.shape[3:]), texels.dtype)
+    out = np.empty((faces, rows + 2, columns + 2, *texels.shape[3:]), texels.dtype)
     out[:, 1:-1, 1:-1] = texels
+    fill_padding(parameterization, out)
+    return out
+
+
+def fill_padding(
+    parameterization: Parameterization, out: Shaped[np.ndarray, "faces rows_padded columns_padded *channels"]
+) -> None:
+    """Writes what is around every face in an array that is `padded`, from what is in it."""
+    texels = out[:, 1:-1, 1:-1]
+    faces, rows, columns = texels.shape[:3]
     along_row, along_column = np.arange(-1, columns + 1), np.arange(-1, rows + 1)
     missing = []
     for row, column in ((-1, along_row), (rows, along_row), (along_column, -1), (along_column, columns)):
@@ -26,7 +36,6 @@ def padded(
     inner_row, inner_column = np.clip(row, 1, rows), np.clip(column, 1, columns)
     three = out[face, inner_row, inner_column] + out[face, row, inner_column] + out[face, inner_row, column]
     out[face, row, column] = three / 3.0
-    return out
 
 
 def outside_disc(parameterization: Parameterization, size: int) -> Bool[np.ndarray, "rows columns"]:

@@ -18,8 +18,9 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.equal_area_octahedral import EqualAreaOctahedral
 from reflet.envmap.parameterizations.parameterization import NONE, Directions, Faces, Parameterization
 from reflet.envmap.resampling.compiled_resample import footprint_means, patch_means
+from reflet.envmap.resampling.compiled_spread import power
 from reflet.envmap.resampling.mip_reduction import halved
-from reflet.envmap.resampling.padding import continued, outside_disc, padded
+from reflet.envmap.resampling.padding import continued, fill_padding, outside_disc, padded
 from reflet.envmap.rotations import UNTURNED, Rotation
 
 _DENSITY = 2.25  # sub-samples per source texel and axis
@@ -31,6 +32,7 @@ _BLOCK = 1 << 16  # points of bright texels at a time
 
 Texels = Float[np.ndarray, "faces rows columns channels"]
 Indices = Int[np.ndarray, "bright 3"]
+_NONE, _NO_COLOURS = np.empty((0, 3), np.int64), np.empty((0, 3))
 
 
 def resample(image: EnvImage, to: Parameterization, size: int, source_from_result: Rotation = UNTURNED) -> EnvImage:
@@ -44,19 +46,14 @@ def resample(image: EnvImage, to: Parameterization, size: int, source_from_resul
     rim), so that filters never meet black.
 
     Up to four channels, computed in single precision; the fourth, alpha, has no ceiling. Beside source and result one
-    copy of the source is held, two while bright texels are cut. The source itself where nothing changes.
+    copy of the source is held, of round maps two while bright texels are cut. The source itself where nothing changes.
     """
     if to == image.parameterization and size == image.size and np.array_equal(source_from_result, UNTURNED):
         return image
     turn = np.array(source_from_result, np.float64)  # a copy: for read-only arrays the loops would be compiled anew
     ceiling, bright = _bright(image)
     ratio = _least_ratio(image.parameterization, to, turn) * image.size / size
-    base = image.texels
-    if len(bright):
-        base = base.copy()
-        base[..., :3][tuple(bright.T)] -= _excess(image, ceiling, bright)
-    source = _padded_source(image.parameterization, base, ratio)
-    del base
+    source = _padded_source(image.parameterization, image.texels, ratio, bright, _excess(image, ceiling, bright))
     out = np.empty((*to.shape(size), source.shape[3]), np.float32)
     footprint_means(source, image.parameterization.kind, to.kind, turn, out, _DENSITY)
     out = out[..., : image.texels.shape[3]]
@@ -77,7 +74,8 @@ def radiance_at(
     flat /= np.linalg.norm(flat, axis=-1, keepdims=True)
     width = np.sqrt(np.broadcast_to(np.asarray(solid_angle, np.float64), direction.shape[:-1])).ravel()
     texels_per_radian = np.sqrt(image.parameterization.sampling_rate(flat)) * image.size
-    source = _padded_source(image.parameterization, image.texels, float((width * texels_per_radian).min(initial=1.0)))
+    ratio = float((width * texels_per_radian).min(initial=1.0))
+    source = _padded_source(image.parameterization, image.texels, ratio)
     out = np.empty((len(flat), source.shape[3]), np.float32)
     patch_means(source, image.parameterization.kind, flat, width, out, _DENSITY)
     out = out[:, : image.texels.shape[3]].astype(image.texels.dtype, copy=False)
@@ -91,16 +89,31 @@ def _least_ratio(source: Parameterization, to: Parameterization, turn: Rotation)
 
 
 def _padded_source(
-    parameterization: Parameterization, texels: Texels, ratio: float
+    parameterization: Parameterization,
+    texels: Texels,
+    ratio: float,
+    bright: Indices = _NONE,
+    excess: Float[np.ndarray, "bright colours"] = _NO_COLOURS,
 ) -> Float[np.ndarray, "faces padded_rows padded_columns at_least_three"]:
     """What the compiled loops read: a padded copy in single precision of 3 or 4 channels, halved while it is too fine.
 
     Where footprints are everywhere wider than `_WIDEST` texels, two by two of them can be averaged before: halves of
-    `_WIDEST` are still fine enough not to be seen, and the work is bounded.
+    `_WIDEST` are still fine enough not to be seen, and the work is bounded. ``bright`` texels have the ``excess`` taken
+    from them.
     """
     channels = texels.shape[3]
     if channels > 4:
         raise ValueError(f"up to 4 channels expected, {channels} came")
+    is_halved = ratio >= _WIDEST and texels.shape[1] % 2 == 0
+    if channels >= 3 and not is_halved and not parameterization.is_round:
+        source = padded(parameterization, texels.astype(np.float32, copy=False))
+        if len(bright):
+            source[:, 1:-1, 1:-1, :3][tuple(bright.T)] -= excess
+            fill_padding(parameterization, source)
+        return source
+    if len(bright):
+        texels = texels.copy()
+        texels[..., :3][tuple(bright.T)] -= excess
     texels = continued(parameterization, texels, outside_disc(parameterization, texels.shape[1]))
     while ratio >= _WIDEST and texels.shape[1] % 2 == 0:
         texels, ratio = halved(parameterization, texels), ratio / 2.0
@@ -114,10 +127,7 @@ def _bright(image: EnvImage) -> tuple[float, Indices]:
     texels, size = image.texels, image.size
     colours = min(texels.shape[3], 3)
     solid_angle = image.parameterization.texel_solid_angle(size)
-    flux = sum(
-        solid_angle[face].astype(texels.dtype).ravel() @ texels[face].reshape(-1, texels.shape[3])
-        for face in range(len(texels))
-    )
+    flux = power(texels if texels.dtype.itemsize >= 4 else texels.astype(np.float32), solid_angle)
     mean = float(np.max(flux[:colours])) / (4.0 * np.pi)
     ceiling = mean * max(_CEILING, _CEILING_SHARE * texels[..., 0].size)
     rows = np.argwhere(texels.reshape(*texels.shape[:2], -1).max(-1) > ceiling)

@@ -11,7 +11,7 @@ from jaxtyping import Float32, Float64, UInt8
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
-from reflet.files.pictures.hdr_header import read_hdr_header
+from reflet.files.pictures.hdr_header import HEADER_LIMIT, read_hdr_header
 from reflet.files.pictures.primaries import EQUAL_ENERGY, REC709, rec709_from_rgb, rec709_from_xyz, to_rec709
 from reflet.files.unreadable import unreadable
 
@@ -38,7 +38,7 @@ def read_hdr_with_doubts(
     XYZE pictures, whose white is that of equal energy and whose luminance is 179 times their radiance, as Radiance has
     it [Ward91]. Without PRIMARIES a picture is taken as Rec. 709. Lines that cannot be meant (EXPOSURE=0) are ignored.
 
-    Memory: the file, 4 bytes a pixel and the picture; twice the picture where primaries are converted. A file that does
+    Memory: the file and the picture; twice the picture where primaries are converted. A file that does
     not hold as many pixels as its header says is refused before anything is allocated for them.
 
     Raises RefletError for files that are missing, truncated, damaged, larger than `LARGEST_PICTURE`, or no .hdr.
@@ -54,17 +54,14 @@ def read_hdr_with_doubts(
     if header.is_column_major:
         count, length = length, count
     body = np.frombuffer(data, np.uint8)[header.end :]
-    if _decode(body, count, length, np.empty((0, 0, 4), np.uint8)) != count:
+    starts = np.empty(count, np.int64)
+    if _find_lines(body, length, starts) != count:
         raise RefletError(f"{path} is truncated or damaged; copy or download it again.")
-    rgbe = np.empty((count, length, 4), np.uint8)
-    _decode(body, count, length, rgbe)
+    image = np.empty((header.height, header.width, 3), np.float32)
+    as_stored = image[:: -1 if header.is_upside_down else 1, :: -1 if header.is_mirrored else 1]
     if header.is_column_major:
-        rgbe = rgbe.transpose(1, 0, 2)
-    if header.is_upside_down:
-        rgbe = rgbe[::-1]
-    if header.is_mirrored:
-        rgbe = rgbe[:, ::-1]
-    image = _radiance(rgbe, header.exposure * (_EFFICACY if header.is_xyz else 1.0))
+        as_stored = as_stored.transpose(1, 0, 2)
+    _decode_lines(body, starts, _scales(header.exposure * (_EFFICACY if header.is_xyz else 1.0)), as_stored)
     if header.is_xyz:
         return to_rec709(image, rec709_from_xyz(EQUAL_ENERGY)), header.doubts
     if np.abs(header.primaries - REC709).max() > 5e-4:  # white is written as 0.313 0.329 or 0.3127 0.329
@@ -72,88 +69,112 @@ def read_hdr_with_doubts(
     return image, header.doubts
 
 
+def hdr_size(path: str | os.PathLike[str]) -> tuple[int, int]:
+    """(height, width) of a .hdr file by its header. Raises RefletError where that is none."""
+    try:
+        with open(path, "rb") as file:
+            header = read_hdr_header(path, file.read(HEADER_LIMIT))
+    except OSError as error:
+        raise unreadable(path, error) from error
+    return header.height, header.width
+
+
 @numba.njit(cache=True)
-def _decode(data: np.ndarray, count: int, length: int, out: UInt8[np.ndarray, "count length 4"]) -> int:
-    """Number of whole scanlines at the beginning of ``data``, up to ``count``; writes them unless ``out`` is empty."""
-    at, end = 0, data.size
-    writes = out.size > 0
-    for line in range(count):
-        if at + 4 > end:
+def _find_lines(data: np.ndarray, length: int, starts: np.ndarray) -> int:
+    """Number of whole scanlines at the beginning of ``data``, up to as many as ``starts`` has room for."""
+    nothing = np.empty((0, 4), np.uint8)
+    at = 0
+    for line in range(starts.size):
+        starts[line] = at
+        at = _decode_line(data, at, length, nothing)
+        if at < 0:
             return line
-        if _SHORTEST <= length <= _LONGEST and data[at] == 2 and data[at + 1] == 2 and data[at + 2] < 128:
-            # each of the four channels on its own: a number over 128 repeats a byte, else as many bytes follow
-            if data[at + 2] * 256 + data[at + 3] != length:
-                return line
-            at += 4
-            for channel in range(4):
-                k = 0
-                while k < length:
-                    if at + 2 > end:
-                        return line
-                    number = int(data[at])
-                    at += 1
-                    if number > 128:
-                        number -= 128
-                        if k + number > length:
-                            return line
-                        if writes:
-                            for j in range(k, k + number):
-                                out[line, j, channel] = data[at]
-                        at += 1
-                    else:
-                        if number == 0 or k + number > length or at + number > end:
-                            return line
-                        if writes:
-                            for j in range(number):
-                                out[line, k + j, channel] = data[at + j]
-                        at += number
-                    k += number
-        else:
-            # plain pixels; (1, 1, 1, n) repeats the pixel before n times, successive ones are digits in base 256
-            k, shift = 0, 0
+    return starts.size
+
+
+@numba.njit(cache=True, parallel=True)
+def _decode_lines(data: np.ndarray, starts: np.ndarray, scales: np.ndarray, out: np.ndarray) -> None:
+    """Radiance (lines, length, 3) of the scanlines that begin at ``starts``."""
+    lines, length = out.shape[:2]
+    blocks = min(lines, 64)
+    for block in numba.prange(blocks):
+        rgbe = np.empty((length, 4), np.uint8)
+        for line in range(block * lines // blocks, (block + 1) * lines // blocks):
+            _decode_line(data, starts[line], length, rgbe)
+            for k in range(length):
+                for channel in range(3):
+                    out[line, k, channel] = rgbe[k, channel] * scales[rgbe[k, 3], channel]
+
+
+@numba.njit(cache=True)
+def _decode_line(data: np.ndarray, at: int, length: int, out: UInt8[np.ndarray, "length 4"]) -> int:
+    """Where the scanline that begins at ``at`` ends, -1 where it is not whole; writes it unless ``out`` is empty."""
+    end = data.size
+    writes = out.size > 0
+    if at + 4 > end:
+        return -1
+    if _SHORTEST <= length <= _LONGEST and data[at] == 2 and data[at + 1] == 2 and data[at + 2] < 128:
+        # each of the four channels on its own: a number over 128 repeats a byte, else as many bytes follow
+        if data[at + 2] * 256 + data[at + 3] != length:
+            return -1
+        at += 4
+        for channel in range(4):
+            k = 0
             while k < length:
-                if at + 4 > end:
-                    return line
-                if k > 0 and data[at] == 1 and data[at + 1] == 1 and data[at + 2] == 1:
-                    if shift > 24:
-                        return line
-                    number = int(data[at + 3]) << shift
-                    shift += 8
+                if at + 2 > end:
+                    return -1
+                number = int(data[at])
+                at += 1
+                if number > 128:
+                    number -= 128
                     if k + number > length:
-                        return line
+                        return -1
                     if writes:
                         for j in range(k, k + number):
-                            for channel in range(4):
-                                out[line, j, channel] = out[line, k - 1, channel]
-                    k += number
+                            out[j, channel] = data[at]
+                    at += 1
                 else:
+                    if number == 0 or k + number > length or at + number > end:
+                        return -1
                     if writes:
-                        for channel in range(4):
-                            out[line, k, channel] = data[at + channel]
-                    k += 1
-                    shift = 0
-                at += 4
-    return count
+                        for j in range(number):
+                            out[k + j, channel] = data[at + j]
+                    at += number
+                k += number
+        return at
+    # plain pixels; (1, 1, 1, n) repeats the pixel before n times, successive ones are digits in base 256
+    k, shift = 0, 0
+    while k < length:
+        if at + 4 > end:
+            return -1
+        if k > 0 and data[at] == 1 and data[at + 1] == 1 and data[at + 2] == 1:
+            if shift > 24:
+                return -1
+            number = int(data[at + 3]) << shift
+            shift += 8
+            if k + number > length:
+                return -1
+            if writes:
+                for j in range(k, k + number):
+                    for channel in range(4):
+                        out[j, channel] = out[k - 1, channel]
+            k += number
+        else:
+            if writes:
+                for channel in range(4):
+                    out[k, channel] = data[at + channel]
+            k += 1
+            shift = 0
+        at += 4
+    return at
 
 
-def _radiance(
-    rgbe: UInt8[np.ndarray, "height width 4"], exposure: Float64[np.ndarray, "3"]
-) -> Float32[np.ndarray, "height width 3"]:
-    """mantissa·2^(exponent - 136)/exposure: Ward adds 1/2 to the mantissa, the readers in use do not (three.js, OpenCV,
-    stb). Exponent 0 is black."""
+def _scales(exposure: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "256 3"]:
+    """What mantissas are multiplied by, by exponent and channel: 2^(exponent - 136)/exposure. Ward adds 1/2 to the
+    mantissa, the readers in use do not (three.js, OpenCV, stb). Exponent 0 is black."""
     scale = np.ldexp(1.0, np.arange(256) - _EXCESS)
     scale[0] = 0.0
-    out = np.empty((*rgbe.shape[:2], 3), np.float32)
-    _scale(rgbe, scale[:, None] / exposure, out)
-    return out
-
-
-@numba.njit(cache=True)
-def _scale(rgbe: np.ndarray, scale: np.ndarray, out: np.ndarray) -> None:
-    for row in range(rgbe.shape[0]):
-        for column in range(rgbe.shape[1]):
-            for channel in range(3):
-                out[row, column, channel] = rgbe[row, column, channel] * scale[rgbe[row, column, 3], channel]
+    return scale[:, None] / exposure
 
 
 def write_hdr(

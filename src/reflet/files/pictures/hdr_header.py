@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from reflet.errors import RefletError
 from reflet.files.pictures.primaries import REC709, are_usable
 
-_LIMIT = 2**20  # bytes of text that are looked through for the line of the size
+HEADER_LIMIT = 2**20  # bytes of text that are looked through for the line of the size
 # "-Y 512 +X 1024" begins a line; the blank line that should stand before it is missing in some files
 _SIZE = re.compile(rb"^([-+])([XY])[ \t]+(\d{1,9})[ \t]+([-+])([XY])[ \t]+(\d{1,9})[ \t]*\r?\n", re.MULTILINE)
 _FAINTEST, _BRIGHTEST = 1e-30, 1e30  # of all exposures together: floats hold the radiance that they give
@@ -34,7 +34,7 @@ class HdrHeader:
 
 def read_hdr_header(path: str | os.PathLike[str], data: bytes) -> HdrHeader:
     """The header of the file whose bytes are ``data``. Raises RefletError where it is none of a .hdr file."""
-    start = data[:_LIMIT]
+    start = data[:HEADER_LIMIT]
     size = _SIZE.search(start)
     text = start[: size.start()] if size else start
     if size is None or size[2] == size[5] or not (start.startswith(b"#?") or b"FORMAT=32-bit_rle_" in text):

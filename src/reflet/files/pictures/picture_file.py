@@ -12,7 +12,7 @@ from jaxtyping import Float32, UInt8
 
 from reflet.errors import RefletError
 from reflet.files.pictures.exr import read_exr_picture, write_exr
-from reflet.files.pictures.hdr import read_hdr_with_doubts, write_hdr
+from reflet.files.pictures.hdr import hdr_size, read_hdr_with_doubts, write_hdr
 from reflet.files.pictures.notes import read_notes
 from reflet.files.pictures.png import read_linear_picture_with_doubts, write_png
 
@@ -59,6 +59,17 @@ def read_picture_file(path: str | os.PathLike[str], layer: str | None = None) ->
     if pixels.shape[2] == 4 and pixels[..., 3].any():  # alpha is kept premultiplied; 0 everywhere it hides nothing
         pixels[..., :3] *= pixels[..., 3:]
     return PictureFile(pixels, read_notes(path), doubts=doubts, most=1.0)
+
+
+def picture_outline(path: str | os.PathLike[str], layer: str | None = None) -> PictureFile:
+    """The same with pixels that are all 0 and take no memory, where size and notes can be read without the others.
+
+    Raises RefletError where it cannot be read.
+    """
+    if layer is not None or Path(path).suffix.lower() != ".hdr":
+        return read_picture_file(path, layer)
+    height, width = hdr_size(path)
+    return PictureFile(np.broadcast_to(np.float32(0.0), (height, width, 3)), read_notes(path))
 
 
 def unread_sentence(path: str | os.PathLike[str], what: str, suffixes: Iterable[str]) -> str:
