@@ -16,6 +16,8 @@ from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.facts import facts
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
+from reflet.errors import RefletWarning
 from reflet.files.env_image_file import read_env_image, read_levels, write_env_image
 from reflet.files.pictures.exr import read_exr, write_exr
 
@@ -295,6 +297,27 @@ def test_suns_that_a_texture_cannot_hold_are_said(tmp_path: Path, capsys: pytest
     for out, *options in (("a.ktx2", "--texel-format", "float"), ("b.exr",), ("a.hdr",)):
         assert reflet("convert", tmp_path / "sun.exr", tmp_path / out, *options) == 0
         assert capsys.readouterr().err == ""
+
+
+def test_radiance_is_scaled(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By a power of two exactly, alpha apart; a warning's own advice brings a sun into half floats whole."""
+    sky = np.random.default_rng(4).random((8, 16, 4)).astype(np.float32)
+    write_exr(tmp_path / "sky.exr", sky)
+    assert reflet("convert", tmp_path / "sky.exr", tmp_path / "dim.exr", "--scale", "0.25") == 0
+    dim = read_env_image(tmp_path / "dim.exr").texels[0]
+    np.testing.assert_array_equal(dim[..., :3], sky[..., :3] / 4.0)
+    np.testing.assert_array_equal(dim[..., 3:], sky[..., 3:])
+    sun = np.ones((16, 32, 3), np.float32)
+    sun[3, 5] = 1e9
+    write_exr(tmp_path / "sun.exr", sun)
+    with pytest.warns(RefletWarning, match="--scale 6e-05") as said:
+        held([read_env_image(tmp_path / "sun.exr")], HALF_MAX, "the viewer")
+    command = str(said[0].message).split("--scale ")[1].rstrip(".")
+    capsys.readouterr()
+    assert reflet("convert", tmp_path / "sun.exr", tmp_path / "held.ktx2", "--scale", command) == 0
+    assert capsys.readouterr().err == ""
+    for wrong in ("0", "-1", "nan"):
+        assert "above 0" in refused(capsys, "convert", tmp_path / "sun.exr", tmp_path / "b.exr", "--scale", wrong)
 
 
 def test_hemispheres_that_make_no_sense(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

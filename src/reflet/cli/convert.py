@@ -18,6 +18,7 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
     "--turn", type=float, default=0.0, help="Degrees to turn it about the vertical, counter-clockwise from above."
 )
 @up_option
+@click.option("--scale", type=float, default=1.0, help="A number to multiply its radiance by.")
 @click.option(
     "--repair", is_flag=True, help="Put right what is not a number, infinite or negative, and say where it was."
 )
@@ -30,6 +31,7 @@ def convert(
     size: int | None,
     turn: float,
     up: str,
+    scale: float,
     repair: bool,
     layer: str | None,
     layout: str | None,
@@ -52,6 +54,7 @@ def convert(
       reflet convert probe.hdr studio.exr --from angular --to latlong
       reflet convert render.exr studio.hdr --layer ViewLayer.Combined
       reflet convert broken.exr sound.exr --repair
+      reflet convert physical.exr studio.hdr --scale 1e-3  to where white is about 1
       reflet convert studio.hdr turned.hdr --turn 90      what looked along +x then looks along -z
       reflet convert sky.dds upright.dds --up z           made where +z points up: +z becomes +y
     """
@@ -66,6 +69,7 @@ def convert(
             source_is=source_is,
             turn_deg=turn,
             up=up,
+            scale=scale,
             repair=repair,
             layer=layer,
             layout=layout,

@@ -29,6 +29,7 @@ def convert(
     source_is: Parameterization | None = None,
     turn_deg: float = 0.0,
     up: str = "y",
+    scale: float = 1.0,
     repair: bool = False,
     layer: str | None = None,
     layout: str | None = None,
@@ -43,16 +44,21 @@ def convert(
     as many texels over the sphere as before. ``source_is`` is the source's parameterization where its file does not
     tell. ``up`` is the axis, "y" or "z", that points up in it: +z becomes +y, +y becomes -z. Then ``turn_deg`` turns
     the environment about the vertical, counter-clockwise seen from above. What lands texel on texel is not filtered.
+    ``scale`` multiplies radiance, which takes units of light to those of a display, or a sun to what half floats hold.
     ``repair`` and ``layer`` are those of `read_levels`, ``layout``, ``texel_format`` and ``zstd`` of `write_env_image`.
     ``mips`` adds all mip levels, by default to .ktx2, .ktx and .dds; where neither parameterization nor size change,
     the source's own are kept. Raises RefletError for what cannot be read, written or held.
     """
     check_size(size)
     source_from_result = _turn(turn_deg, up)
+    if not (np.isfinite(scale) and scale > 0.0):
+        raise RefletError(f"Radiance is multiplied by a number above 0, not {scale:g}.")
     with_mips = Path(out).suffix.lower() in WITH_MIP_LEVELS if mips is None else mips
     progress("read", 0, 1)
     levels = read_levels(source, source_is, layer=layer, repair=repair)
     progress("read", 1, 1)
+    if scale != 1.0:
+        levels = tuple(_scaled(level, scale) for level in levels)
     finest = levels[0]
     to = finest.parameterization if to is None else to
     if size is None:
@@ -76,6 +82,13 @@ def _turn(turn_deg: float, up: str) -> Rotation:
     if not np.isfinite(turn_deg):
         raise RefletError(f"A turn is a number of degrees, not {turn_deg:g}.")
     return SOURCE_FROM_UPRIGHT[up] @ turn_about_vertical(turn_deg)
+
+
+def _scaled(image: EnvImage, scale: float) -> EnvImage:
+    """The image with its radiance multiplied, its alpha as it was."""
+    texels = image.texels.copy()
+    texels[..., :3] *= np.float32(scale)
+    return EnvImage(image.parameterization, texels)
 
 
 def check_size(size: int | None) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.env_image_file import write_env_image
@@ -65,7 +65,7 @@ def _gltf(
     rows = min(size, _DIFFUSE_SIZE)
     write_env_image(diffuse, [Prefilter(image).map(DiffuseKernel(), CUBE, rows, _stage("diffuse", progress))])
     levels = ggx_levels(image, CUBE, size, count, progress=_stage("ggx", progress))
-    write_env_image(specular, held(levels, HALF_MAX, "half floats", DIMMED))
+    write_env_image(specular, held(levels, HALF_MAX, "half floats"))
     write_env_image(sheen, sheen_levels(image, CUBE, size, count, progress=_stage("sheen", progress)))
     return paths
 
@@ -84,7 +84,7 @@ def _filament(
     image = quarter_turned(read_environment_image(source, source_is, progress))
     irradiance = irradiance_harmonics(image)
     levels = ggx_levels(image, CUBE, size, scale=FILAMENT, progress=_stage("ggx", progress))
-    levels = held(levels, min(R11G11B10_MAX), "R11G11B10F", DIMMED)
+    levels = held(levels, min(R11G11B10_MAX), "R11G11B10F")
     write_filament_cube(ibl, levels, irradiance)
     write_filament_cube(skybox, levels[:1])
     write_harmonics_text(text, irradiance)

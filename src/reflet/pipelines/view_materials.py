@@ -11,7 +11,7 @@ from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.files.env_image_file import read_light
 from reflet.pipelines.shade import frame_mesh, load_mesh, surface_material
@@ -85,7 +85,7 @@ def write_materials_view(
     lit = environment is not None and not any(name.startswith("map:") for name in materials)
     image = None
     if lit and environment is not None:
-        (image,) = held([read_light(environment, source_is)], HALF_MAX, "the viewer", DIMMED)
+        (image,) = held([read_light(environment, source_is)], HALF_MAX, "the viewer")
     progress("read", 3, 3)
     tables = {name: _filtered(image or _WHITE, material, name, progress) for name, material in measured.items()}
     progress("write", 0, 1)

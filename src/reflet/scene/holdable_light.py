@@ -7,7 +7,7 @@ import numpy as np
 
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.latlong import LatLong
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held, percent
+from reflet.envmap.resampling.spread_light import HALF_MAX, held, percent
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import Scene
@@ -38,5 +38,5 @@ def with_holdable_light(scene: Scene) -> Scene:
             "The environment holds radiance that is negative, infinite or not a number; mend its file by "
             "reflet convert IN OUT --repair."
         )
-    (image,) = held([EnvImage(LatLong(), radiance[None])], HALF_MAX, "a bake", DIMMED)
+    (image,) = held([EnvImage(LatLong(), radiance[None])], HALF_MAX, "a bake")
     return replace(scene, environment=EnvironmentLight(image.texels[0]))

@@ -18,7 +18,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held, spread_light
+from reflet.envmap.resampling.spread_light import HALF_MAX, held, spread_light
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 from reflet.files.textures.ktx2 import write_ktx2
@@ -88,7 +88,7 @@ def write_shaded_scene(
     folder = Path(folder)
     maps, tables = maps or {}, tables or {}
     shown = environment or EnvImage(CUBE, np.ones((6, 1, 1, 3), np.float32))
-    (shown,) = held([shown], HALF_MAX, "the viewer", DIMMED)
+    (shown,) = held([shown], HALF_MAX, "the viewer")
     cube = resample(EnvImage(shown.parameterization, shown.texels[..., :3]), CUBE, _cube_size(shown, largest))
     buffer = BufferWriter(_BUFFER)
     size = max(min(cube.size, _LARGEST_GGX), 32)
@@ -112,7 +112,7 @@ def write_shaded_scene(
             {
                 "name": name,
                 "lookup": item.lookup.name.lower(),
-                **_write_map(folder, f"map-{slug(name)}", held(item.levels, HALF_MAX, "the viewer", DIMMED)),
+                **_write_map(folder, f"map-{slug(name)}", held(item.levels, HALF_MAX, "the viewer")),
             }
             for name, item in maps.items()
         ],

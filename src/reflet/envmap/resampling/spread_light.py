@@ -18,8 +18,6 @@ from reflet.errors import RefletWarning
 
 HALF_MAX = 65504.0
 """The largest half float."""
-DIMMED = "A dimmer environment would stay as it is."
-"""What helps where nothing but half floats will do."""
 
 _STEPS_A_TEXEL = 4.0  # of a disc's radius
 _MOST_STEPS = 1 << 14
@@ -40,11 +38,11 @@ class SpreadLight:
     lost: float
 
 
-def held(levels: Sequence[EnvImage], most: float, holder: str, instead: str) -> tuple[EnvImage, ...]:
+def held(levels: Sequence[EnvImage], most: float, holder: str, instead: str | None = None) -> tuple[EnvImage, ...]:
     """The levels, each with what is above ``most`` spread (`spread_light`).
 
     Where there was any, a RefletWarning says of the level with most of it what share of the light it is. ``holder`` is
-    what cannot hold it, in words; ``instead`` what to do to keep it as it is.
+    what cannot hold it, in words; ``instead`` what to do to keep it as it is, by default to dim it all.
     """
     spread = [spread_light(level, most) for level in levels]
     worst = max(spread, key=lambda each: (each.lost, each.share))
@@ -54,8 +52,15 @@ def held(levels: Sequence[EnvImage], most: float, holder: str, instead: str) -> 
             said += f"; {percent(worst.lost)} is lost, for all is too bright on the mean"
         else:
             said += f"; none is lost, it now comes from up to {worst.radius_deg:.2g}° around"
-        warnings.warn(f"{said}. {instead}", RefletWarning, stacklevel=2)
+        warnings.warn(f"{said}. {instead or _dimmed(levels, most)}", RefletWarning, stacklevel=2)
     return tuple(each.image for each in spread)
+
+
+def _dimmed(levels: Sequence[EnvImage], most: float) -> str:
+    """What helps where nothing but half floats will do: one factor, of a digit, for the whole environment."""
+    factor = most / max(float(level.texels[..., :3].max()) for level in levels)
+    digit = 10.0 ** np.floor(np.log10(factor))
+    return f"To keep it as it is, dim it all: reflet convert IN OUT --scale {np.floor(factor / digit) * digit:g}."
 
 
 def warn_of_cut(image: EnvImage) -> None:

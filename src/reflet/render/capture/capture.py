@@ -12,7 +12,7 @@ from reflet.envmap.parameterizations.dual_paraboloid import DualParaboloid
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.mip_reduction import mip_images
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.render.capture.matte_scene import MatteScene
 from reflet.render.maps.env_map_texture import HALF, EnvMapTexture, create_env_map, upload_env_map
@@ -34,7 +34,7 @@ def upload_environment(device: wgpu.GPUDevice, scene: Scene) -> EnvMapTexture | 
     if scene.environment is None:
         return None
     image = EnvImage(LatLong(), scene.environment.radiance[None])
-    (image,) = held([image], HALF_MAX, "a captured map", DIMMED)
+    (image,) = held([image], HALF_MAX, "a captured map")
     power_of_two = image.size & (image.size - 1) == 0
     return upload_env_map(device, mip_images(image) if power_of_two else [image])
 

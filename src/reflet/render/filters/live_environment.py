@@ -7,7 +7,7 @@ from reflet.envmap.lamp import Lamp
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.resampling.mip_reduction import mip_images
 from reflet.envmap.resampling.resample import resample
-from reflet.envmap.resampling.spread_light import DIMMED, HALF_MAX, held
+from reflet.envmap.resampling.spread_light import HALF_MAX, held
 from reflet.errors import RefletError
 from reflet.reflectance.brdfs.phong import PhongKernel
 from reflet.reflectance.lobes.lobe_taps import phong_taps
@@ -167,4 +167,4 @@ def _whole(image: EnvImage) -> EnvImage:
     """The image with rows that can be halved to the end, and with light that half floats hold."""
     whole = 1 << (image.size.bit_length() - 1)
     fitting = image if image.size == whole else resample(image, image.parameterization, whole)
-    return held([fitting], HALF_MAX, "a live environment", DIMMED)[0]
+    return held([fitting], HALF_MAX, "a live environment")[0]
