@@ -94,6 +94,14 @@ def test_frames_of_a_film_are_no_cube(tmp_path):
     assert siblings_of(tmp_path / "frame03.png", [".png"]) is None
 
 
+def test_a_few_numbered_squares_are_no_cube(tmp_path):
+    """Levels by roughness, say: nothing is missing beside them."""
+    for number in range(5):
+        write_exr(tmp_path / f"level_{number}.exr", np.ones((8, 8, 3), np.float32))
+    assert read_env_image(tmp_path / "level_0.exr", PARAMETERIZATIONS["angular"]).size == 8
+    assert siblings_of(tmp_path / "level_0.exr", [".exr"]) is None
+
+
 def test_a_square_that_says_what_it_is_stays_that(tmp_path):
     """Beside five others like it: balls numbered from 0 to 5, or pictures twice as wide as high."""
     angular = PARAMETERIZATIONS["angular"]

@@ -39,7 +39,7 @@ from reflet.files.pictures.picture_file import (
     read_picture_file,
     unread_sentence,
 )
-from reflet.files.pictures.six_files import SixFiles, siblings_of, six_files
+from reflet.files.pictures.six_files import SixFiles, names_a_face, siblings_of, six_files
 from reflet.files.textures import dds, ktx1, ktx2_container
 from reflet.files.textures.env_texture import (
     as_radiance,
@@ -212,12 +212,11 @@ def _six_files_at(path: Path, parameterization: Parameterization | None) -> SixF
     files = six_files(path, READ)
     if files is not None or parameterization not in (None, CUBE) or path.suffix.lower() not in READ:
         return files
-    files = siblings_of(path, READ) if path.is_file() else None
-    if files is None:
+    if not (path.is_file() and names_a_face(path)):
         return None
     picture = picture_outline(path)
     height, width, _ = picture.pixels.shape
-    return files if height == width and kind_of_picture(picture) is None else None
+    return siblings_of(path, READ) if height == width and kind_of_picture(picture) is None else None
 
 
 def _stored_as(path: Path) -> str:

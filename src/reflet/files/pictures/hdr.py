@@ -38,8 +38,8 @@ def read_hdr_with_doubts(
     XYZE pictures, whose white is that of equal energy and whose luminance is 179 times their radiance, as Radiance has
     it [Ward91]. Without PRIMARIES a picture is taken as Rec. 709. Lines that cannot be meant (EXPOSURE=0) are ignored.
 
-    Memory: the file and the picture; twice the picture where primaries are converted. A file that does
-    not hold as many pixels as its header says is refused before anything is allocated for them.
+    Memory: the file, 8 bytes a scanline and the picture; twice the picture where primaries are converted. A file that
+    does not hold as many pixels as its header says is refused before anything is allocated for them.
 
     Raises RefletError for files that are missing, truncated, damaged, larger than `LARGEST_PICTURE`, or no .hdr.
     """
@@ -54,7 +54,8 @@ def read_hdr_with_doubts(
     if header.is_column_major:
         count, length = length, count
     body = np.frombuffer(data, np.uint8)[header.end :]
-    starts = np.empty(count, np.int64)
+    # no scanline is shorter than four bytes: what cannot be there gets no room
+    starts = np.empty(count if 4 * count <= len(body) else 0, np.int64)
     if _find_lines(body, length, starts) != count:
         raise RefletError(f"{path} is truncated or damaged; copy or download it again.")
     image = np.empty((header.height, header.width, 3), np.float32)

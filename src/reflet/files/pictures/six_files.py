@@ -16,6 +16,7 @@ from reflet.envmap.parameterizations.cube import FACES
 from reflet.errors import RefletError
 from reflet.files.unreadable import unreadable
 
+_NUMBERS = ("0", "1", "2", "3", "4", "5")
 NAMES = (
     FACES,
     ("posx", "negx", "posy", "negy", "posz", "negz"),
@@ -27,7 +28,7 @@ NAMES = (
     ("r", "l", "u", "d", "f", "b"),
     ("ft", "bk", "up", "dn", "rt", "lf"),
     ("c00", "c01", "c02", "c03", "c04", "c05"),
-    ("0", "1", "2", "3", "4", "5"),
+    _NUMBERS,
 )
 """What the files may be called, in any case: a name alone, or behind a word. One letter needs - _ . or a space between,
 a digit no digit before it."""
@@ -77,15 +78,22 @@ def six_files(path: Path, suffixes: Iterable[str]) -> SixFiles | None:
     return None
 
 
-def siblings_of(path: Path, suffixes: Iterable[str]) -> SixFiles | None:
-    """The six files of which ``path`` is one by its name; None where it is none, or stands alone.
+def names_a_face(path: Path) -> bool:
+    """Whether a file's name may be that of a cube's face."""
+    return any(True for _ in _readings(path.stem.lower()))
 
-    Raises RefletError where some of the six are missing, but not most.
+
+def siblings_of(path: Path, suffixes: Iterable[str]) -> SixFiles | None:
+    """The six files of which ``path`` is one by its name; None where it stands alone, or beside few others.
+
+    Raises RefletError where some of the six are missing, but not most; numbers that are not whole are no cube.
     """
-    if not any(True for _ in _readings(path.stem.lower())):
-        return None
     sets = _sets_in(path.parent, frozenset(suffixes))
-    mine = {key: faces for key, faces in sets.items() if path in faces.values() and len(faces) >= _ENOUGH}
+    mine = {
+        key: faces
+        for key, faces in sets.items()
+        if path in faces.values() and len(faces) >= (6 if NAMES[key.kind] == _NUMBERS else _ENOUGH)
+    }
     return _the_whole_one(path, mine) if mine else None
 
 
