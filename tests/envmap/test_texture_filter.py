@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reflet.envmap.compiled_lookup import lookup_direction, place, taps_into
+from reflet.envmap.compiled_lookup import compiled_geometry, lookup_direction, place, taps_into
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
@@ -103,13 +103,13 @@ def test_compiled_places_are_the_same(geometry, p: Parameterization) -> None:
     position = rng.uniform(-0.3, 0.3, (1, 200, 3)) + 0.01 * rng.standard_normal((3, 200, 3))
     ray = rng.standard_normal((1, 200, 3)) + 0.01 * rng.standard_normal((3, 200, 3))
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-    met = geometry.lookup_direction(position, ray)
+    met = lookup_directions(geometry, position, ray)
     map_from_world = np.eye(3) if p == CUBE else np.linalg.qr(rng.standard_normal((3, 3)))[0]
     met = met @ map_from_world.T
     lod = lod_from_neighbours(MipChain(256, p), met, -1.0)
     face, uv = p.uv_from_direction(met[0])
-    packed = pack(geometry).astype(np.float64)
-    found = np.array([place(p.kind, packed, map_from_world, position, ray, 256, -1.0, k) for k in range(200)])
+    packed = compiled_geometry(geometry)
+    found = np.array([place(p.kind, *packed, map_from_world, position, ray, 256, -1.0, k) for k in range(200)])
     np.testing.assert_array_equal(found[:, 0], face)
     # The packed parameters are float32: 6e-8 of values up to 3, amplified, and of steps of 0.01 a hundred times that.
     np.testing.assert_allclose(found[:, 1:3], uv, atol=2e-6)

@@ -7,12 +7,10 @@ import click
 
 from reflet.cli.options import VARIANTS, Vector, from_option, layer_option, variant_option
 from reflet.cli.progress import progress_bar
-from reflet.envmap.geometry import KINDS
+from reflet.envmap.geometry import KINDS, SHAPES
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
-
-_GEOMETRY = click.Choice(list(KINDS))
 
 
 @click.command(short_help="Bake a scene into a folder of environment maps.")
@@ -52,9 +50,19 @@ _GEOMETRY = click.Choice(list(KINDS))
     help="Rows of a map's face; by default as fine as a cube of 256² texels a face.",
 )
 @click.option("--spp", type=click.IntRange(1), default=64, show_default=True, help="Rays traced a pixel.")
-@click.option("--distant", type=_GEOMETRY, default="box", show_default=True, help="Shape of the distant surroundings.")
 @click.option(
-    "--local", type=_GEOMETRY, default="ellipsoid", show_default=True, help="Shape around a part, for self-reflections."
+    "--distant",
+    type=click.Choice(list(KINDS)),
+    default="box",
+    show_default=True,
+    help="Shape of the distant surroundings.",
+)
+@click.option(
+    "--local",
+    type=click.Choice(list(SHAPES)),
+    default="ellipsoid",
+    show_default=True,
+    help="Shape around a part, for self-reflections.",
 )
 @click.option("--reflect", multiple=True, metavar="NAME", help="A part to bake as a mirror; may be given repeatedly.")
 @variant_option

@@ -1,4 +1,4 @@
-"""The lookup of `geometry`, `lod` and `texture_filter`, compiled: from a mirrored ray to eight weighted texels.
+"""The lookup of `geometry`, `relief`, `lod` and `texture_filter`, compiled: from a ray to eight weighted texels.
 
 Scalar functions for use inside compiled loops, in float64. The NumPy modules say what is computed and why; tests hold
 the two to each other.
@@ -9,28 +9,42 @@ from math import floor, log2, sqrt
 import numpy as np
 from numba import njit
 
-from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, LEAST_HALF_CHORD
+from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, RELIEF, Geometry, pack
 from reflet.envmap.parameterizations.compiled_parameterization import CUBE, face_of, point_of, project, rate_at
+from reflet.envmap.relief import FLAT, SETTLED, STEP, Relief
+from reflet.envmap.shapes import LEAST_HALF_CHORD
 
 _SMALL = 1e-12
 _LEAST_SQUARE = LEAST_HALF_CHORD**2
 _SMALLEST_RHO = 1e-6
 
 
+def compiled_geometry(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
+    """What the functions below take for a geometry: its twelve numbers, and a relief's padded faces (else one zero)."""
+    faces = geometry.padded if isinstance(geometry, Relief) else np.zeros((6, 3, 3))
+    return pack(geometry).astype(np.float64), faces
+
+
+@njit(cache=True, error_model="numpy")
+def _box_exit(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """t where a ray leaves the box, and the ray with no component too small."""
+    rx = rx if abs(rx) >= _SMALL else _SMALL
+    ry = ry if abs(ry) >= _SMALL else _SMALL
+    rz = rz if abs(rz) >= _SMALL else _SMALL
+    tx = max((g[1] - px) / rx, (g[5] - px) / rx)
+    ty = max((g[2] - py) / ry, (g[6] - py) / ry)
+    tz = max((g[3] - pz) / rz, (g[7] - pz) / rz)
+    return min(tx, ty, tz), rx, ry, rz
+
+
 @njit(cache=True, error_model="numpy")
 def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
-    """Direction that a ray from p along r looks up in a map of geometry ``g``, packed by `geometry.pack`."""
+    """Direction that a ray from p along r looks up in a map of one of the `shapes`, packed by `geometry.pack`."""
     kind = int(g[0])
     if kind == INFINITE_SPHERE:
         return rx, ry, rz
     if kind == BOX:
-        rx = rx if abs(rx) >= _SMALL else _SMALL
-        ry = ry if abs(ry) >= _SMALL else _SMALL
-        rz = rz if abs(rz) >= _SMALL else _SMALL
-        tx = max((g[1] - px) / rx, (g[5] - px) / rx)
-        ty = max((g[2] - py) / ry, (g[6] - py) / ry)
-        tz = max((g[3] - pz) / rz, (g[7] - pz) / rz)
-        t = min(tx, ty, tz)
+        t, rx, ry, rz = _box_exit(g, px, py, pz, rx, ry, rz)
         return px + t * rx - g[9], py + t * ry - g[10], pz + t * rz - g[11]
     qx, qy, qz = (px - g[1]) / g[5], (py - g[2]) / g[6], (pz - g[3]) / g[7]
     vx, vy, vz = rx / g[5], ry / g[6], rz / g[7]
@@ -50,28 +64,89 @@ def lookup_direction(g, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _met(g, position, direction, j, k):  # type: ignore[no-untyped-def]
-    return lookup_direction(
-        g, position[j, k, 0], position[j, k, 1], position[j, k, 2],
-        direction[j, k, 0], direction[j, k, 1], direction[j, k, 2],
-    )  # fmt: skip
+def _fetch(faces, x, y, z):  # type: ignore[no-untyped-def]
+    """`relief.fetch`."""
+    face = face_of(x, y, z)
+    s, t, _ = project(face, x, y, z)
+    size = faces.shape[1] - 2
+    x, y = (0.5 + 0.5 * s) * size - 0.5, (0.5 + 0.5 * t) * size - 0.5
+    column, row = min(max(floor(x), -1), size - 1), min(max(floor(y), -1), size - 1)
+    fx, fy = x - column, y - row
+    i, j = row + 1, column + 1
+    upper = faces[face, i, j] * (1.0 - fx) + faces[face, i, j + 1] * fx
+    lower = faces[face, i + 1, j] * (1.0 - fx) + faces[face, i + 1, j + 1] * fx
+    return upper * (1.0 - fy) + lower * fy
 
 
 @njit(cache=True, error_model="numpy")
-def place(kind, g, map_from_world, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
+def _along(faces, ax, ay, az, rx, ry, rz, w):  # type: ignore[no-untyped-def]
+    x, y, z = rx + w * ax, ry + w * ay, rz + w * az
+    return max(abs(x), abs(y), abs(z)) * _fetch(faces, x, y, z)
+
+
+@njit(cache=True, error_model="numpy")
+def inverse_hit(g, faces, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """`Relief.inverse_hit` of one ray."""
+    ax, ay, az = px - g[9], py - g[10], pz - g[11]
+    limit = g[4]
+    t, _, _, _ = _box_exit(g, px, py, pz, rx, ry, rz)
+    low, high = 0.0, limit
+    before = 1.0 / t if t * limit > 1.0 else limit
+    m_before = _along(faces, ax, ay, az, rx, ry, rz, before)
+    if m_before > before:
+        low = before
+    else:
+        high = before
+    w = min(m_before, limit)
+    for _ in range(int(g[8]) - 1):
+        m = _along(faces, ax, ay, az, rx, ry, rz, w)
+        if m > w:
+            low = max(low, w)
+        else:
+            high = min(high, w)
+        change = (m - m_before) - (w - before)
+        after = m if abs(change) <= FLAT * limit else w - (m - w) * (w - before) / change
+        settled = abs(w - before) <= SETTLED * w
+        before, m_before = w, m
+        if settled:
+            continue
+        if not (low <= after <= high) and abs(after - w) > SETTLED * w:
+            after = 0.5 * (low + high) if high < limit else min(2.0 * low + STEP * limit, limit)
+        w = after
+    return w
+
+
+@njit(cache=True, error_model="numpy")
+def _met(g, w, position, direction, j, k):  # type: ignore[no-untyped-def]
+    """Lookup direction of ray j of lookup k; ``w`` is the inverse hit of its first ray where ``g`` is a relief."""
+    px, py, pz = position[j, k, 0], position[j, k, 1], position[j, k, 2]
+    rx, ry, rz = direction[j, k, 0], direction[j, k, 1], direction[j, k, 2]
+    if int(g[0]) == RELIEF:
+        return rx + w * (px - g[9]), ry + w * (py - g[10]), rz + w * (pz - g[11])
+    return lookup_direction(g, px, py, pz, rx, ry, rz)
+
+
+@njit(cache=True, error_model="numpy")
+def place(kind, g, faces, map_from_world, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
     """(face, u, v, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each).
 
-    ``kind`` is the parameterization's, ``g`` the packed geometry, ``map_from_world`` the rotation into the map's frame
-    (of cubes the world's, whatever it says), ``size`` the map's rows at its finest level.
+    ``kind`` is the parameterization's, ``g`` and ``faces`` the geometry (`compiled_geometry`), ``map_from_world`` the
+    rotation into the map's frame (of cubes the world's, whatever it says), ``size`` the map's rows at its finest level.
     """
-    x, y, z = _met(g, position, direction, 0, k)
+    w = 0.0
+    if int(g[0]) == RELIEF:
+        w = inverse_hit(
+            g, faces, position[0, k, 0], position[0, k, 1], position[0, k, 2],
+            direction[0, k, 0], direction[0, k, 1], direction[0, k, 2],
+        )  # fmt: skip
+    x, y, z = _met(g, w, position, direction, 0, k)
     furthest = 0.0  # squared distance of a neighbour, in texels
     if kind == CUBE:
         face = face_of(x, y, z)
         s, t, _ = project(face, x, y, z)
         u, v = 0.5 + 0.5 * s, 0.5 + 0.5 * t
         for j in range(1, 3):
-            x, y, z = _met(g, position, direction, j, k)
+            x, y, z = _met(g, w, position, direction, j, k)
             s_next, t_next, ahead = project(face, x, y, z)
             distance = (s_next - s) ** 2 + (t_next - t) ** 2
             furthest = max(furthest, distance if ahead else np.inf)
@@ -80,7 +155,7 @@ def place(kind, g, map_from_world, position, direction, size, lod_bias, k):  # t
         scale = 1.0 / sqrt(x * x + y * y + z * z)
         x, y, z = x * scale, y * scale, z * scale
         for j in range(1, 3):
-            a, b, c = _met(g, position, direction, j, k)
+            a, b, c = _met(g, w, position, direction, j, k)
             scale = 1.0 / sqrt(a * a + b * b + c * c)
             furthest = max(furthest, (a * scale - x) ** 2 + (b * scale - y) ** 2 + (c * scale - z) ** 2)
         m = map_from_world

@@ -1,112 +1,32 @@
-"""Geometries: the shapes that approximate the environment an env map stands for.
+"""Geometries: what stands for the environment's distances when an env map is looked up [Hakura01, sec. 4].
 
-A lookup at surface point ``p`` along the mirrored unit ray ``r`` meets the shape at ``h = p + t·r`` and samples the map
-in the direction ``h - origin`` [Hakura01, sec. 4]. Points are in metres, in world space; the returned directions are
-not normalized. ``p`` is taken to lie inside the shape; from outside the far intersection is used. A ray that grazes a
-sphere or ellipsoid, or misses it, is taken to leave it `LEAST_HALF_CHORD` radii beyond its closest approach: where the
-square root of the chord goes to zero, it would magnify rounding without bound, and drivers would differ.
-
-Every geometry packs into the same twelve floats (`pack`), which shaders and kernels share:
-``[kind, a.xyz, floor, b.xyz, 0, origin.xyz]`` with a, b the box's corners, or centre and radii.
+`shapes` are given by a few numbers, a `relief` by a map of distances. Every geometry packs into the same twelve floats
+(`pack`), which shaders and kernels share: ``[kind, a.xyz, c, b.xyz, d, origin.xyz]``, with a, b the corners of the box
+(of a relief's, where the search starts) or centre and radii, c the floor's height or a relief's `Relief.limit`, and d
+the number of a relief's fetches.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-Vec3 = tuple[float, float, float]
-Points = Float[np.ndarray, "*batch 3"]
+from reflet.envmap.relief import Relief
+from reflet.envmap.shapes import Box, Ellipsoid, Hemisphere, InfiniteSphere, Points, Sphere
 
-INFINITE_SPHERE, SPHERE, ELLIPSOID, BOX, HEMISPHERE = range(5)
-LEAST_HALF_CHORD = 0.1
-_SMALL = 1e-12  # direction components below this are taken as this: keeps slabs finite
+INFINITE_SPHERE, SPHERE, ELLIPSOID, BOX, HEMISPHERE, RELIEF = range(6)
 
-
-@dataclass(frozen=True)
-class InfiniteSphere:
-    """The environment is infinitely far: the direction alone decides."""
-
-    kind = "infinite_sphere"
-
-    def lookup_direction(self, p: Points, r: Points) -> Points:
-        """The mirrored ray itself."""
-        return np.broadcast_to(r, np.broadcast_shapes(p.shape, r.shape))
+Shape = InfiniteSphere | Sphere | Ellipsoid | Box | Hemisphere
+Geometry = Shape | Relief
+SHAPES: dict[str, type] = {g.kind: g for g in (InfiniteSphere, Sphere, Ellipsoid, Box, Hemisphere)}
+KINDS: dict[str, type] = {**SHAPES, Relief.kind: Relief}
 
 
-@dataclass(frozen=True)
-class Ellipsoid:
-    """Axis-aligned ellipsoid; a sphere where the radii are equal.
+def lookup_directions(geometry: Geometry, p: Points, r: Points) -> Points:
+    """Lookup directions of samples and, behind them, of their neighbours: (3, n, 3) of any length.
 
-    The lookup direction is divided by the radii, so that the map's texels spread over the ellipsoid as they do over a
-    sphere instead of crowding at its far ends.
+    A relief's neighbours meet the plane through the sample's own hit (`Relief.lookup_directions`); other geometries
+    meet each ray alone.
     """
-
-    centre: Vec3
-    radii: Vec3
-    origin: Vec3
-    kind = "ellipsoid"
-
-    def lookup_direction(self, p: Points, r: Points) -> Points:
-        """(h - origin)/radii, where h is where the ray leaves the ellipsoid."""
-        centre, radii, origin = np.asarray(self.centre), np.asarray(self.radii), np.asarray(self.origin)
-        q, v = (p - centre) / radii, r / radii
-        return q + _leave_unit_sphere(q, v)[..., None] * v + (centre - origin) / radii
-
-
-@dataclass(frozen=True)
-class Sphere(Ellipsoid):
-    """Sphere of one finite radius: an `Ellipsoid` whose three radii are equal."""
-
-    kind = "sphere"
-
-
-@dataclass(frozen=True)
-class Box:
-    """Axis-aligned box from ``lower`` to ``upper``: rooms."""
-
-    lower: Vec3
-    upper: Vec3
-    origin: Vec3
-    kind = "box"
-
-    def lookup_direction(self, p: Points, r: Points) -> Points:
-        """h - origin, where h is where the ray leaves the box."""
-        safe = np.where(np.abs(r) < _SMALL, _SMALL, r)
-        t = np.maximum((np.asarray(self.lower) - p) / safe, (np.asarray(self.upper) - p) / safe).min(-1)
-        return p + t[..., None] * safe - np.asarray(self.origin)
-
-
-@dataclass(frozen=True)
-class Hemisphere:
-    """Ellipsoid above a horizontal floor at height ``floor`` (the y of world space): objects on open ground."""
-
-    centre: Vec3
-    radii: Vec3
-    floor: float
-    origin: Vec3
-    kind = "hemisphere"
-
-    def lookup_direction(self, p: Points, r: Points) -> Points:
-        """h - origin, where h is the first of floor (for falling rays) and dome."""
-        centre, radii = np.asarray(self.centre), np.asarray(self.radii)
-        t = _leave_unit_sphere((p - centre) / radii, r / radii)
-        falling = r[..., 1] < -_SMALL
-        to_floor = (self.floor - p[..., 1]) / np.where(falling, r[..., 1], -1.0)
-        t = np.where(falling, np.minimum(t, np.maximum(to_floor, 0.0)), t)
-        return p + t[..., None] * r - np.asarray(self.origin)
-
-
-def _leave_unit_sphere(q: Points, v: Points) -> Float[np.ndarray, "*batch"]:
-    """t ≥ 0 with |q + t·v| = 1, the later one: (-b + sqrt(b² - a·c))/a with a = v·v, b = q·v, c = q·q - 1."""
-    a = np.einsum("...i,...i->...", v, v)
-    b = np.einsum("...i,...i->...", q, v)
-    c = np.einsum("...i,...i->...", q, q) - 1.0
-    return np.asarray(np.maximum((-b + np.sqrt(np.maximum(b * b - a * c, LEAST_HALF_CHORD**2 * a))) / a, 0.0))
-
-
-Geometry = InfiniteSphere | Sphere | Ellipsoid | Box | Hemisphere
-KINDS: dict[str, type] = {g.kind: g for g in (InfiniteSphere, Sphere, Ellipsoid, Box, Hemisphere)}
+    return geometry.lookup_directions(p, r) if isinstance(geometry, Relief) else geometry.lookup_direction(p, r)
 
 
 def pack(geometry: Geometry) -> Float[np.ndarray, "12"]:
@@ -120,6 +40,9 @@ def pack(geometry: Geometry) -> Float[np.ndarray, "12"]:
         case Hemisphere():
             out[0], out[1:4], out[4] = HEMISPHERE, geometry.centre, geometry.floor
             out[5:8], out[9:12] = geometry.radii, geometry.origin
+        case Relief():
+            out[0], out[1:4], out[4] = RELIEF, geometry.lower, geometry.limit
+            out[5:8], out[8], out[9:12] = geometry.upper, geometry.fetches, geometry.origin
         case Ellipsoid():
             out[0] = SPHERE if isinstance(geometry, Sphere) else ELLIPSOID
             out[1:4], out[5:8], out[9:12] = geometry.centre, geometry.radii, geometry.origin

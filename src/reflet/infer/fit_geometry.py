@@ -5,12 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from reflet.envmap.geometry import KINDS, Box, Ellipsoid, Geometry, Hemisphere, InfiniteSphere, Sphere, Vec3
+from reflet.envmap.geometry import KINDS, Geometry
 from reflet.envmap.parameterizations.cube import face_from_direction, texel_directions, texel_solid_angle
+from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev
+from reflet.envmap.shapes import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, Vec3
 from reflet.errors import RefletError
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 
+RELIEF_SIZE = 128
 _MARGIN = 1.02  # of shapes that must hold a part: rays start inside them
 _ROUNDS = 40  # of the search for a least ellipsoid; ten suffice for most meshes
 
@@ -26,14 +29,17 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
     """A geometry of the given kind for env maps of ``parts``.
 
     ``ellipsoid`` without a probe bounds the parts; with a probe, ``sphere``, ``ellipsoid``, ``box`` and ``hemisphere``
-    fit the environment at the probe's distances [Hakura01, sec. 4, "EM Representation"]. Where most of the environment
-    is infinitely far, the sphere at infinity is returned instead (a hemisphere keeps its floor). Raises `RefletError`
-    for an unknown kind, and `ValueError` for a kind that needs a probe and gets none.
+    fit the environment at the probe's distances [Hakura01, sec. 4, "EM Representation"], and ``relief`` is these
+    distances. Where most of the environment is infinitely far, the sphere at infinity is returned for the others (a
+    hemisphere keeps its floor). Raises `RefletError` for an unknown kind, and `ValueError` for a kind that needs a
+    probe and gets none.
     """
     if kind not in KINDS:
         raise RefletError(f"A geometry must be one of {', '.join(KINDS)}, not {kind}.")
     if kind == "infinite_sphere":
         return InfiniteSphere()
+    if kind == "relief" and probe is not None:
+        return relief(probe, fit("box", scene, parts, probe))
     if probe is None:
         if kind == "ellipsoid":
             return bounding_ellipsoid(scene, parts)
@@ -41,6 +47,20 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
             return _bounding_sphere(scene, parts)
         raise ValueError(f"fitting a {kind} takes a probe of the environment")
     return _fit_environment(kind, scene, parts, probe)
+
+
+def relief(probe: StaticProbe, start: Geometry) -> Geometry:
+    """The probe's own distances as a `Relief` of at most `RELIEF_SIZE` rows, searched from ``start`` if it is a box.
+
+    Where nothing is at a finite distance it is the sphere at infinity.
+    """
+    inverse = inverse_chebyshev(probe.distance)
+    if not inverse.any():
+        return InfiniteSphere()
+    size = min(inverse.shape[-1], RELIEF_SIZE)
+    means = inverse.reshape(6, size, -1, size, inverse.shape[-1] // size).mean((2, 4))
+    lower, upper = (start.lower, start.upper) if isinstance(start, Box) else ((-FAR_AWAY,) * 3, (FAR_AWAY,) * 3)
+    return Relief(means.astype(np.float16), lower, upper, probe.origin)
 
 
 def bounding_ellipsoid(scene: Scene, parts: Sequence[int]) -> Ellipsoid:

@@ -14,9 +14,10 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.unreadable import unreadable
 
-UNSIGNED_BYTE, UNSIGNED_INT, FLOAT = 5121, 5125, 5126
+UNSIGNED_BYTE, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5121, 5123, 5125, 5126
 _DTYPES: dict[int, np.dtype[Any]] = {
     UNSIGNED_BYTE: np.dtype("u1"),
+    UNSIGNED_SHORT: np.dtype("<u2"),
     UNSIGNED_INT: np.dtype("<u4"),
     FLOAT: np.dtype("<f4"),
 }
@@ -32,7 +33,7 @@ class BufferWriter:
         self._arrays: list[np.ndarray] = []
 
     def add(self, array: Shaped[np.ndarray, "..."]) -> dict[str, Any]:
-        """Append an array of uint8, uint32 or float32, which must not change any more, and return its description."""
+        """Append an array of uint8, uint16, uint32 or float32, which must not change any more, and return its description."""
         little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         description = {
             "uri": self.uri,

@@ -9,12 +9,13 @@ from typing import Any, overload
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS, Geometry
+from reflet.envmap.geometry import Geometry
 from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.errors import RefletError
 from reflet.files.textures.ktx2 import read_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import read_array
+from reflet.pem.geometry_json import geometry_from_json
 from reflet.pem.gltf_scene import read_parts
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.material import EnvironmentLight
@@ -87,7 +88,7 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
             item["name"],
             item["kind"],
             tuple(item["parts"]),
-            geometry_from_json(item["geometry"]),
+            geometry_from_json(item["geometry"], folder),
             item["size"],
             parameterization(item.get("parameterization", "cube")),  # written since there are others
         )
@@ -114,16 +115,10 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         sample_count=extension["sampleCount"],
         statistics=extension["statistics"],
         static_maps=tuple(
-            _read_map(folder / item["uri"], geometry_from_json(item["geometry"]), channels=3)
+            _read_map(folder / item["uri"], geometry_from_json(item["geometry"], folder), channels=3)
             for item in extension["staticMaps"]
         ),
     )
-
-
-def geometry_from_json(fields: dict[str, Any]) -> Geometry:
-    """The geometry that `geometry_to_json` described."""
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
-    return KINDS[fields["kind"]](**{name: value for name, value in values.items() if name != "kind"})
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Shaped
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import Geometry
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path, atomic_write
 from reflet.files.textures.ktx2 import write_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import BufferWriter
+from reflet.pem.geometry_json import geometry_to_json
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.scene import Scene
@@ -147,7 +147,7 @@ class PemWriter:
                     "parts": list(layer.parts),
                     "size": layer.size,
                     "parameterization": layer.parameterization.name,
-                    "geometry": geometry_to_json(layer.geometry),
+                    "geometry": geometry_to_json(layer.geometry, surface),
                 }
                 for layer in layers
             ],
@@ -158,7 +158,7 @@ class PemWriter:
             "staticMaps": [
                 {
                     "uri": layout.static_map_file(obj, scene.objects[obj].name),
-                    "geometry": geometry_to_json(env_map.geometry),
+                    "geometry": geometry_to_json(env_map.geometry, surface),
                 }
                 for obj, env_map in enumerate(static_maps)
             ],
@@ -205,12 +205,6 @@ def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap) -> None:
         statistics={name: value for name, value in pem.statistics.items() if name != "samples"},
         static_maps=pem.static_maps,
     )
-
-
-def geometry_to_json(geometry: Geometry) -> dict[str, Any]:
-    """A geometry's kind and fields."""
-    fields = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(geometry).items()}
-    return {"kind": geometry.kind, **fields}
 
 
 def _check_parameters(folder: Path, begun: dict[str, Any], wanted: dict[str, Any]) -> None:

@@ -20,7 +20,7 @@ import psutil
 from jaxtyping import Bool
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS, Ellipsoid, Geometry
+from reflet.envmap.geometry import KINDS, SHAPES, Ellipsoid, Geometry
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import parameterization as parameterization_of
 from reflet.envmap.parameterizations.cube import CUBE
@@ -83,9 +83,9 @@ def bake(
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
-    for kind in (distant, local):
-        if kind not in KINDS:
-            raise RefletError(f"A geometry is one of {', '.join(KINDS)}; {kind} is none.")
+    for layer, kind, kinds in (("distant", distant, KINDS), ("local", local, SHAPES)):
+        if kind not in kinds:
+            raise RefletError(f"The {layer} geometry is one of {', '.join(kinds)}; {kind} is none.")
     progress("prepare", 0, _PREPARATIONS)
     scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)

@@ -1,10 +1,10 @@
-// Geometries: where the mirrored ray meets the shape that stands for the environment (twin of reflet.envmap.geometry).
+// Geometries: where the mirrored ray meets the shape that stands for the environment (twin of reflet.envmap.shapes).
 
 // The twelve floats of `reflet.envmap.geometry.pack`.
 struct Geometry {
   kind_a: vec4f,   // kind, then the box's lower corner or the centre
-  floor_b: vec4f,  // the floor's height, then the box's upper corner or the radii
-  origin: vec4f,   // 0, then the env map's origin
+  floor_b: vec4f,  // the floor's height or a relief's limit, then the box's upper corner or the radii
+  origin: vec4f,   // a relief's fetches, then the env map's origin
 }
 
 const INFINITE_SPHERE = 0.0;
@@ -12,6 +12,7 @@ const SPHERE = 1.0;
 const ELLIPSOID = 2.0;
 const BOX = 3.0;
 const HEMISPHERE = 4.0;
+const RELIEF = 5.0;
 
 const SMALL_COMPONENT = 1e-12;  // direction components below this are taken as this: keeps slabs finite
 
@@ -25,7 +26,19 @@ fn leave_unit_sphere(q: vec3f, v: vec3f) -> f32 {
   return max((sqrt(max(b * b - a * c, LEAST_HALF_CHORD * LEAST_HALF_CHORD * a)) - b) / a, 0.0);
 }
 
-// The direction (not of unit length) in which the mirrored unit ray r at point p samples the map of a geometry of this kind.
+// A ray's direction with no component too small for slabs.
+fn finite_slopes(r: vec3f) -> vec3f {
+  return select(r, vec3f(SMALL_COMPONENT), abs(r) < vec3f(SMALL_COMPONENT));
+}
+
+// Distance from p along r, of finite slopes, to where the ray leaves the box.
+fn box_exit(g: Geometry, p: vec3f, r: vec3f) -> f32 {
+  let t = max((g.kind_a.yzw - p) / r, (g.floor_b.yzw - p) / r);
+  return min(t.x, min(t.y, t.z));
+}
+
+// The direction (not of unit length) in which the mirrored unit ray r at point p samples the map of a shape of this kind; for
+// RELIEF, which is none, see relief.wgsl.
 fn lookup_direction(kind: f32, g: Geometry, p: vec3f, r: vec3f) -> vec3f {
   let a = g.kind_a.yzw;
   let b = g.floor_b.yzw;
@@ -34,9 +47,8 @@ fn lookup_direction(kind: f32, g: Geometry, p: vec3f, r: vec3f) -> vec3f {
     return r;
   }
   if (kind == BOX) {
-    let safe = select(r, vec3f(SMALL_COMPONENT), abs(r) < vec3f(SMALL_COMPONENT));
-    let t = max((a - p) / safe, (b - p) / safe);
-    return p + min(t.x, min(t.y, t.z)) * safe - origin;
+    let safe = finite_slopes(r);
+    return p + box_exit(g, p, safe) * safe - origin;
   }
   let q = (p - a) / b;
   let v = r / b;

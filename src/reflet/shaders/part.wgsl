@@ -16,6 +16,7 @@
 //   9        filtering sampler                       fragment   cubes: linear in all three, clamping
 //   10       texture_2d_array<f32> rgba16float       fragment   distant maps that are no cubes: each face of each slot a layer
 //   11       texture_2d_array<f32> rgba16float       fragment   local maps that are no cubes
+//   12       texture_cube<f32> r16float              fragment   relief of the distant maps (1 texel of 0 if none)
 //
 // Part's bytes: 0 distant.geometry   48 distant.size   52 distant.max_lod   56 distant.parameterization
 //   64 local.geometry   112 local.size   116 local.max_lod   120 local.parameterization   128 base_color   140 metallic
@@ -72,6 +73,7 @@ override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 @group(1) @binding(9) var cube_sampler: sampler;
 @group(1) @binding(10) var distant_maps: texture_2d_array<f32>;
 @group(1) @binding(11) var local_maps: texture_2d_array<f32>;
+@group(1) @binding(12) var distant_relief: texture_cube<f32>;
 
 fn part_is(bit: u32) -> bool {
   return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;

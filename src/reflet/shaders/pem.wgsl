@@ -1,6 +1,7 @@
 #import surface
 #import mirror
 #import map_lookup
+#import relief
 
 // Parameterized environment maps: lookups of the layers, blended over samples of the parameter space.
 
@@ -30,7 +31,21 @@ fn local_parameterization() -> u32 {
 
 fn distant_lookup(m: Mirrors) -> Lookup {
   let geometry = select(DISTANT_KIND, part.distant.geometry.kind_a.x, DISTANT_KIND < 0.0);
+  if (geometry == RELIEF) {
+    return relief_lookup(m);
+  }
   return layer_lookup(geometry, distant_parameterization(), part.distant, m);
+}
+
+// The neighbours' rays are cut off where the sample's own meets the relief.
+fn relief_lookup(m: Mirrors) -> Lookup {
+  let layer = part.distant;
+  let origin = layer.geometry.origin.yzw;
+  let w = inverse_hit(layer.geometry, distant_relief, cube_sampler, m.p0, m.r0);
+  let d = m.r0 + w * (m.p0 - origin);
+  let dx = m.r1 + w * (m.p1 - origin);
+  let dy = m.r2 + w * (m.p2 - origin);
+  return Lookup(d, map_lod(distant_parameterization(), d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
 fn local_lookup(m: Mirrors) -> Lookup {

@@ -82,6 +82,19 @@ def create_map_array(
     )
 
 
+def upload_relief(device: wgpu.GPUDevice, inverse_distance: Float[np.ndarray, "6 size size"]) -> wgpu.GPUTextureView:
+    """The cube of a relief's half floats, as shaders search it."""
+    size = inverse_distance.shape[-1]
+    texture = device.create_texture(size=(size, size, 6), format="r16float", usage=_USAGE)
+    device.queue.write_texture(
+        {"texture": texture},
+        np.ascontiguousarray(inverse_distance),
+        {"bytes_per_row": 2 * size, "rows_per_image": size},
+        (size, size, 6),
+    )
+    return texture.create_view(dimension="cube")
+
+
 def write_map(
     device: wgpu.GPUDevice,
     texture: wgpu.GPUTexture,

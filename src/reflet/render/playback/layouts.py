@@ -154,5 +154,6 @@ def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             sampler(9),
             texture(10, "2d-array"),
             texture(11, "2d-array"),
+            texture(12, "cube"),
         ]
     )

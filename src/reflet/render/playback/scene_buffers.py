@@ -8,9 +8,10 @@ import wgpu
 
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.relief import Relief
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.device.textures import create_map_array, map_array_view, upload_picture
+from reflet.render.device.textures import create_map_array, map_array_view, upload_picture, upload_relief
 from reflet.render.playback.layouts import (
     DOUBLE_SIDED,
     FRAME,
@@ -60,6 +61,7 @@ class SceneBuffers:
             (part, layer.kind): i for i, layer in layers for part in layer.parts
         }
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
+        self._reliefs: dict[int | None, wgpu.GPUTextureView] = {}
         self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
         self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
         self.frame_uniform = device.create_buffer(
@@ -109,6 +111,7 @@ class SceneBuffers:
                 self._samplers["clamp-to-edge"],
                 self._maps(arrays, distant, cubes=False),
                 self._maps(arrays, local, cubes=False),
+                self._relief(distant),
             ]
             entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
             groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
@@ -125,6 +128,14 @@ class SceneBuffers:
             if (parameterization == CUBE) is cubes:
                 return map_array_view(arrays[layer], parameterization)
         return self._no_map.create_view(dimension="cube-array" if cubes else "2d-array")
+
+    def _relief(self, layer: int | None) -> wgpu.GPUTextureView:
+        """The relief of a layer, uploaded once; an infinitely far one where it has another geometry."""
+        if layer not in self._reliefs:
+            geometry = None if layer is None else self._pem.layers[layer].geometry
+            inverse = geometry.inverse_distance if isinstance(geometry, Relief) else np.zeros((6, 1, 1), np.float16)
+            self._reliefs[layer] = upload_relief(self._device, inverse)
+        return self._reliefs[layer]
 
     def _part_uniform(self, part: int) -> np.ndarray:
         indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))

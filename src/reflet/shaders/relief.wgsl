@@ -1,0 +1,50 @@
+#import geometry
+
+// Relief: where a ray meets distances that a cube map holds (twin of reflet.envmap.relief, which derives it).
+
+const FLAT = 1e-9;             // of the limit: steps whose two changes are alike know nothing of the root
+const SETTLED = 3.814697265625e-6;  // of w, 2^-18: steps that small are rounding
+const STEP = 1.52587890625e-5; // of the limit, 2^-16: the first step up from the infinitely far
+
+// M(w) = max|d|·q(d) of d = r + w·a.
+fn relief_along(relief: texture_cube<f32>, linear: sampler, a: vec3f, r: vec3f, w: f32) -> f32 {
+  let d = r + w * a;
+  let largest = max(abs(d.x), max(abs(d.y), abs(d.z)));
+  return largest * textureSampleLevel(relief, linear, d, 0.0).x;
+}
+
+// w = 1/t of the hit of the unit ray r from p: the lookup direction is r + w·(p - origin).
+fn inverse_hit(g: Geometry, relief: texture_cube<f32>, linear: sampler, p: vec3f, r: vec3f) -> f32 {
+  let a = p - g.origin.yzw;
+  let limit = g.floor_b.x;
+  let fetches = u32(g.origin.x);
+  let t = box_exit(g, p, finite_slopes(r));
+  var low = 0.0;
+  var high = limit;
+  var before = select(limit, 1.0 / t, t * limit > 1.0);
+  var m_before = relief_along(relief, linear, a, r, before);
+  if (m_before > before) {
+    low = before;
+  } else {
+    high = before;
+  }
+  var w = min(m_before, limit);
+  for (var k = 1u; k < fetches; k++) {
+    let m = relief_along(relief, linear, a, r, w);
+    if (m > w) {
+      low = max(low, w);
+    } else {
+      high = min(high, w);
+    }
+    let change = (m - m_before) - (w - before);
+    let flat = abs(change) <= FLAT * limit;
+    let after = select(w - (m - w) * (w - before) / select(change, 1.0, flat), m, flat);
+    let settled = abs(w - before) <= SETTLED * w;
+    let outside = (after < low || after > high) && abs(after - w) > SETTLED * w;
+    let beyond = select(min(2.0 * low + STEP * limit, limit), 0.5 * (low + high), high < limit);
+    before = w;
+    m_before = m;
+    w = select(select(after, beyond, outside), w, settled);
+  }
+  return w;
+}
