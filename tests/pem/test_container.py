@@ -9,11 +9,12 @@ from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.relief import FAR_AWAY, Relief
 from reflet.errors import RefletError
 from reflet.files.textures.ktx2 import HALF_MAX
+from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
-from reflet.pem.reader import geometry_from_json
-from reflet.pem.writer import geometry_to_json
+from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
 
 EXTENSION = "REFLET_parameterized_environment_map"
 
@@ -91,10 +92,15 @@ def test_opens_by_the_name_of_its_scene(folder):
         Ellipsoid((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), (0.1, 0.2, 0.3)),
         Box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0), (0.1, 0.2, 0.3)),
         Hemisphere((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), -0.5, (0.1, 0.2, 0.3)),
+        Relief(np.arange(96, dtype=np.float16).reshape(6, 4, 4), (-1.0,) * 3, (FAR_AWAY,) * 3, (0.1, 0.2, 0.3), 3),
     ],
 )
-def test_geometries_come_back(geometry):
-    assert geometry_from_json(json.loads(json.dumps(geometry_to_json(geometry)))) == geometry
+def test_geometries_come_back(tmp_path, geometry):
+    buffer = BufferWriter("maps.bin")
+    buffer.add(np.zeros(3, np.uint8))  # something else in the same file
+    described = json.loads(json.dumps(geometry_to_json(geometry, buffer)))
+    buffer.write(tmp_path)
+    assert geometry_from_json(described, tmp_path) == geometry
 
 
 def test_equal_pems_give_equal_folders(tmp_path, folder):

@@ -11,8 +11,10 @@ import pytest
 from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
+from reflet.envmap.relief import Relief
+from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import save_pem
-from reflet.pem.writer import geometry_to_json
+from reflet.pem.geometry_json import geometry_to_json as described
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import PATTERN
 from reflet.shaders.link import link
@@ -72,9 +74,23 @@ def test_sub_samples_are_those_of_the_table():
     np.testing.assert_array_equal(numbers / 32, PATTERN)
 
 
+def geometry_to_json(geometry):
+    return described(geometry, BufferWriter("maps.bin"))
+
+
 def test_geometries_pack_alike(call):
     packed = call([("maths/geometry", "pack", [geometry_to_json(geometry)]) for geometry in GEOMETRIES])
     np.testing.assert_array_equal(np.array(packed, np.float32), [pack(geometry) for geometry in GEOMETRIES])
+
+
+@pytest.mark.parametrize("largest", [0.0, 2.0**-20, 0.37, 1.0, 13.5])
+def test_reliefs_pack_alike(call, largest):
+    inverse = np.zeros((6, 2, 2), np.float16)
+    inverse[3, 1, 0] = largest
+    relief = Relief(inverse, BOX.lower, BOX.upper, ORIGIN, 3)
+    bits = inverse.view(np.uint16).ravel().tolist()
+    (packed,) = call([("maths/geometry", "pack", [{**geometry_to_json(relief), "size": 2, "inverseDistance": bits}])])
+    np.testing.assert_array_equal(np.array(packed, np.float32), pack(relief))
 
 
 def volume(geometry):

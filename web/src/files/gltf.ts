@@ -128,7 +128,7 @@ export function extensionOf<T extends { version: number }>(
   return extension;
 }
 
-type NumberArray = Uint8Array | Uint32Array | Float32Array;
+type NumberArray = Uint8Array | Uint16Array | Uint32Array | Float32Array;
 interface ArrayOf<T extends NumberArray> {
   new (buffer: ArrayBuffer, byteOffset: number, length: number): T;
   readonly BYTES_PER_ELEMENT: number;

@@ -5,14 +5,34 @@ import { add, type Bounds, scale, subtract, type Vec3 } from "./vectors";
 export const KINDS = ["infinite_sphere", "sphere", "ellipsoid", "box", "hemisphere"] as const;
 export type Kind = (typeof KINDS)[number];
 
+const RELIEF = KINDS.length; // its number behind those of the shapes
+const LIMIT = 64; // reflet.envmap.relief
+const FAR_AWAY = 1e30;
+
+/** The true distances of what a map shows, as a cube of half floats: `inverse_distance` of reflet.envmap.relief. */
+export interface Relief {
+  kind: "relief";
+  lower: Vec3;
+  upper: Vec3;
+  origin: Vec3;
+  fetches: number;
+  size: number;
+  inverseDistance: Uint16Array;
+}
+
 export type Geometry =
   | { kind: "infinite_sphere" }
   | { kind: "sphere" | "ellipsoid"; centre: Vec3; radii: Vec3; origin: Vec3 }
   | { kind: "box"; lower: Vec3; upper: Vec3; origin: Vec3 }
-  | { kind: "hemisphere"; centre: Vec3; radii: Vec3; floor: number; origin: Vec3 };
+  | { kind: "hemisphere"; centre: Vec3; radii: Vec3; floor: number; origin: Vec3 }
+  | Relief;
 
 /** The twelve floats that shaders read. */
 export function pack(geometry: Geometry): number[] {
+  if (geometry.kind === "relief") {
+    const { lower, upper, origin, fetches } = geometry;
+    return [RELIEF, ...lower, limit(geometry), ...upper, fetches, ...origin];
+  }
   const kind = KINDS.indexOf(geometry.kind);
   switch (geometry.kind) {
     case "infinite_sphere":
@@ -26,6 +46,14 @@ export function pack(geometry: Geometry): number[] {
   }
 }
 
+/** `Relief.limit`. Half floats that are not negative order like their bits. */
+function limit({ inverseDistance }: Relief): number {
+  const bits = inverseDistance.reduce((most, next) => Math.max(most, next), 0);
+  const [exponent, mantissa] = [bits >> 10, bits & 1023];
+  const largest = exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa;
+  return LIMIT * Math.max(largest, 1e-30);
+}
+
 const ROUND = Math.cbrt(6 / Math.PI); // half the edge of a cube times this is the radius of the ball of its volume
 
 /** The box of about the same volume; that of the surroundings where the geometry has no size. */
@@ -35,6 +63,8 @@ function boxOf(geometry: Geometry, surroundings: Bounds): Bounds {
       return surroundings;
     case "box":
       return geometry;
+    case "relief": // where its searches start
+      return geometry.upper[0] < FAR_AWAY ? geometry : surroundings;
     case "hemisphere": {
       const { centre, floor } = geometry;
       const [x, y, z] = scale(geometry.radii, 1 / ROUND);
@@ -49,10 +79,10 @@ function boxOf(geometry: Geometry, surroundings: Bounds): Bounds {
 
 /**
  * A geometry of another kind that encloses about the same volume in the same place, with the same origin, grown by
- * `growth` about its centre. Of the same kind and with growth 1 it is the geometry itself.
+ * `growth` about its centre. Of the same kind and with growth 1 it is the geometry itself; a relief never grows.
  */
-export function asKind(geometry: Geometry, kind: Kind, growth: number, surroundings: Bounds): Geometry {
-  if (geometry.kind === kind && growth === 1) return geometry;
+export function asKind(geometry: Geometry, kind: Geometry["kind"], growth: number, surroundings: Bounds): Geometry {
+  if (kind === "relief" || (geometry.kind === kind && growth === 1)) return geometry;
   if (kind === "infinite_sphere") return { kind };
   const box = boxOf(geometry, surroundings);
   const centre = scale(add(box.lower, box.upper), 0.5);

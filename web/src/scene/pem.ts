@@ -2,7 +2,7 @@
 
 import { type ArrayDescription, extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
 import { type Orbit, type OrbitDescription, readOrbit } from "../maths/camera";
-import type { Geometry } from "../maths/geometry";
+import type { Geometry, Relief } from "../maths/geometry";
 import type { Axis } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
 
@@ -47,6 +47,10 @@ export interface Shown {
   local: boolean;
 }
 
+type StoredGeometry =
+  | Exclude<Geometry, Relief>
+  | (Omit<Relief, "size" | "inverseDistance"> & { inverseDistance: ArrayDescription });
+
 interface Extension {
   version: number;
   reflective: number[];
@@ -54,7 +58,7 @@ interface Extension {
     axes: Axis[];
     orbit: OrbitDescription;
   };
-  layers: (Omit<Layer, "parameterization"> & { parameterization?: string })[];
+  layers: (Omit<Layer, "parameterization" | "geometry"> & { parameterization?: string; geometry: StoredGeometry })[];
   samples: { maps: string[] }[];
   lodBias: number;
   sampleCount: number;
@@ -68,8 +72,9 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const [parts, onHull, resolution, offset, radiosity, environment] = await Promise.all([
+  const [parts, layers, onHull, resolution, offset, radiosity, environment] = await Promise.all([
     readParts(scene, new Set(extension.reflective)),
+    Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
     files.array(Uint32Array, extension.irradiance.resolution),
     files.array(Uint32Array, extension.irradiance.offset),
@@ -81,7 +86,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     parts,
     axes: extension.parameterSpace.axes,
     orbit: readOrbit(extension.parameterSpace.orbit),
-    layers: extension.layers.map(readLayer),
+    layers,
     maps: extension.samples.map((sample) => sample.maps.map(files.resolve)),
     lodBias: extension.lodBias,
     sampleCount: extension.sampleCount,
@@ -92,10 +97,16 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   };
 }
 
-function readLayer(item: Extension["layers"][number]): Layer {
+async function readLayer(item: Extension["layers"][number], files: SceneFile["files"]): Promise<Layer> {
   const { parameterization = "cube" } = item; // written since there are others
   if (!isParameterization(parameterization)) {
     throw new Error(`The maps of ${item.name} are ${parameterization} maps, which this viewer does not know.`);
   }
-  return { ...item, parameterization };
+  return { ...item, parameterization, geometry: await readGeometry(item.geometry, files) };
+}
+
+async function readGeometry(stored: StoredGeometry, files: SceneFile["files"]): Promise<Geometry> {
+  if (stored.kind !== "relief") return stored;
+  const size = stored.inverseDistance.shape[1] as number;
+  return { ...stored, size, inverseDistance: await files.array(Uint16Array, stored.inverseDistance) };
 }

@@ -1,5 +1,6 @@
 // Textures on the device: twin of reflet.render.device.textures.
 
+import type { Relief } from "../../maths/geometry";
 import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../../maths/parameterization";
 import { link } from "./shaders";
 
@@ -116,4 +117,14 @@ function halfFromFloat(value: number): number {
   const whole = fraction > 0.5 || (fraction === 0.5 && floor % 2 === 1) ? floor + 1 : floor;
   // Whole steps count on from the exponent's first value; a carry into the next exponent comes out right by itself.
   return ((exponent + 14) << 10) + whole;
+}
+
+/** The cube that shaders search; one texel at infinity where there is no relief. */
+export function createRelief(device: GPUDevice, relief: Relief | undefined): GPUTextureView {
+  const { size, inverseDistance } = relief ?? { size: 1, inverseDistance: new Uint16Array(6) };
+  const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
+  const texture = device.createTexture({ size: [size, size, 6], format: "r16float", usage });
+  const layout = { bytesPerRow: 2 * size, rowsPerImage: size };
+  device.queue.writeTexture({ texture }, inverseDistance as Uint16Array<ArrayBuffer>, layout, [size, size, 6]);
+  return texture.createView({ dimension: "cube" });
 }

@@ -133,6 +133,7 @@ export function partLayout(device: GPUDevice): GPUBindGroupLayout {
       ...[5, 6, 9].map((binding) => ({ binding, visibility, sampler: {} })),
       ...[7, 8].map((binding) => ({ binding, visibility, texture: cubes })),
       ...[10, 11].map((binding) => ({ binding, visibility, texture: maps })),
+      { binding: 12, visibility, texture: { viewDimension: "cube" as const } },
     ],
   });
 }

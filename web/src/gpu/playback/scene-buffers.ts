@@ -3,7 +3,14 @@
 import type { Part, PictureTexture } from "../../files/gltf";
 import type { Geometry } from "../../maths/geometry";
 import type { Pem } from "../../scene/pem";
-import { createMapArray, createPicture, fillMipLevels, halfTexels, mapArrayView } from "../device/textures";
+import {
+  createMapArray,
+  createPicture,
+  createRelief,
+  fillMipLevels,
+  halfTexels,
+  mapArrayView,
+} from "../device/textures";
 import {
   type BoundLayer,
   FRAME_BYTES,
@@ -110,6 +117,14 @@ export class SceneBuffers {
         ? mapArrayView(arrays[layer] as GPUTexture, parameterization)
         : none.createView({ dimension: cubes ? "cube-array" : "2d-array" });
     };
+    // An infinitely far relief where the layer has another geometry.
+    const reliefs = new Map<number, GPUTextureView>();
+    const relief = (layer: number): GPUTextureView => {
+      const geometry = this.pem.layers[layer]?.geometry;
+      const view = reliefs.get(layer) ?? createRelief(this.device, geometry?.kind === "relief" ? geometry : undefined);
+      reliefs.set(layer, view);
+      return view;
+    };
     const sampler = (mode: GPUAddressMode) =>
       this.device.createSampler({
         ...{ addressModeU: mode, addressModeV: mode },
@@ -134,6 +149,7 @@ export class SceneBuffers {
         clamping,
         maps(distant, false),
         maps(local, false),
+        relief(distant),
       ];
       const entries = resources.map((resource, binding) => ({ binding, resource }));
       return this.device.createBindGroup({ layout: this.layouts.part, entries });
