@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from reliefs import plane_relief
 
 from reflet.envmap.compiled_lookup import compiled_geometry, lookup_direction, place, taps_into
-from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
+from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, lookup_directions, pack
 from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
@@ -96,7 +97,7 @@ def test_compiled_taps_are_the_same(p: Parameterization) -> None:
 
 
 @EACH
-@pytest.mark.parametrize("geometry", GEOMETRIES, ids=lambda g: g.kind)
+@pytest.mark.parametrize("geometry", [*GEOMETRIES, plane_relief(0.5, size=32)], ids=lambda g: g.kind)
 def test_compiled_places_are_the_same(geometry, p: Parameterization) -> None:
     """Where a mirrored ray looks the map up, and how coarsely: geometry, parameterization and LOD in one."""
     rng = np.random.default_rng(6)

@@ -33,7 +33,7 @@ class BufferWriter:
         self._arrays: list[np.ndarray] = []
 
     def add(self, array: Shaped[np.ndarray, "..."]) -> dict[str, Any]:
-        """Append an array of uint8, uint16, uint32 or float32, which must not change any more, and return its description."""
+        """Append an array of uint8, uint16, uint32 or float32, which must not change any more; its description."""
         little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         description = {
             "uri": self.uri,
