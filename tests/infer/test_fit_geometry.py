@@ -7,6 +7,7 @@ from synthetic import mirror_scene, sphere_mesh
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions
+from reflet.envmap.relief import FAR_AWAY, Relief
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
 from reflet.scene.meshes.mesh import Mesh
@@ -101,7 +102,34 @@ def test_spheres_take_the_typical_distance(scene: Scene) -> None:
     assert hemisphere.floor == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("kind", ["infinite_sphere", "sphere", "ellipsoid", "box"])
+def test_a_relief_of_a_room_meets_its_walls(scene: Scene) -> None:
+    relief = fit("relief", scene, (0,), room_probe((-2.0, 0.1, -3.0), (2.5, 2.6, 1.5)))
+    assert isinstance(relief, Relief)
+    room = Box((-2.0, 0.1, -3.0), (2.5, 2.6, 1.5), relief.origin)
+    rng = np.random.default_rng(0)
+    r = rng.standard_normal((2000, 3))
+    r /= np.linalg.norm(r, axis=1, keepdims=True)
+    p = np.array([0.1, 0.2, -0.05]) + rng.uniform(-0.09, 0.09, (2000, 3))
+    met, wall = relief.lookup_direction(p, r), room.lookup_direction(p, r)
+    cosine = np.einsum("ni,ni->n", met, wall) / np.linalg.norm(met, axis=1) / np.linalg.norm(wall, axis=1)
+    # Half floats, and edges between walls that are as blunt as a texel of 64 to 90 degrees.
+    assert np.degrees(np.arccos(np.clip(np.median(cosine), -1.0, 1.0))) < 0.1
+    assert np.degrees(np.arccos(np.percentile(cosine, 1))) < 1.4
+
+
+def test_a_relief_holds_a_wall_under_an_open_sky(scene: Scene) -> None:
+    """The box, of which most is infinitely far, is none: searches begin there, and the wall is still where it is."""
+    d = texel_directions(64)
+    with np.errstate(divide="ignore"):
+        distance = np.where(d[..., 0] > 0.8, 2.0 / d[..., 0], np.inf)
+    relief = fit("relief", scene, (0,), probe_of((0.1, 0.2, -0.05), distance))
+    assert isinstance(relief, Relief) and relief.upper[0] == FAR_AWAY
+    p, towards = np.array([0.1, 0.2, 0.45]), np.array([1.0, 0.0, 0.0])
+    np.testing.assert_allclose(1.0 / relief.inverse_hit(p[None], towards[None]), 2.0, rtol=1e-3)  # of half floats
+    np.testing.assert_array_equal(relief.lookup_direction(p[None], -towards[None]), -towards[None])
+
+
+@pytest.mark.parametrize("kind", ["infinite_sphere", "sphere", "ellipsoid", "box", "relief"])
 def test_an_infinitely_far_environment_needs_no_finite_shape(scene: Scene, kind: str) -> None:
     probe = probe_of((0.1, 0.2, -0.05), np.full((6, 16, 16), np.inf))
     assert isinstance(fit(kind, scene, (0,), probe), InfiniteSphere)

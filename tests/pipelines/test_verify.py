@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import Box, Ellipsoid
+from reflet.envmap.geometry import Box, Ellipsoid, Geometry
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.relief import Relief, inverse_chebyshev
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.pipelines.verify import verify
 from reflet.render.playback.coloring import coloring
@@ -34,12 +36,26 @@ def ring() -> Mesh:
     return Mesh(*(x.reshape(-1, 3).astype(t) for x, t in ((position, "f4"), (normal, "f4"), (triangles, "u4"))))
 
 
-def ring_pem(parameterization: Parameterization) -> ParameterizedEnvironmentMap:
+ROOM = Box((-1, -0.7, -1.2), (1.1, 1, 1), (0, 0.1, 0))
+
+
+def relief() -> Relief:
+    """A room with a table in it, whose edge is a gap in depth."""
+    direction = texel_directions(64)
+    at = ROOM.lookup_direction(np.broadcast_to(ROOM.origin, direction.shape), direction)
+    table = np.array([0.0, -0.35, 0.0]) * (direction[..., 1:2] < -0.5)
+    with np.errstate(divide="ignore"):
+        distance = np.where(table[..., 1] < 0.0, table[..., 1] / direction[..., 1], np.linalg.norm(at, axis=-1))
+    q = inverse_chebyshev(distance).astype(np.float16)
+    return Relief(q, ROOM.lower, ROOM.upper, ROOM.origin)
+
+
+def ring_pem(parameterization: Parameterization, distant: Geometry = ROOM) -> ParameterizedEnvironmentMap:
     """The ring with a distant and a local layer."""
     mirror = Material(base_color=(0.65,) * 3, metallic=1.0, perceptual_roughness=0.0)
     scene = Scene((Part("ring", ring(), mirror, True),), (ReflectiveObject("ring", (0,)),))
     layers = (
-        Layer("distant", "distant", (0,), Box((-1, -0.7, -1.2), (1.1, 1, 1), (0, 0.1, 0)), 64, parameterization),
+        Layer("distant", "distant", (0,), distant, 64, parameterization),
         Layer("local", "local", (0,), Ellipsoid((0, 0, 0), (0.45, 0.15, 0.45), (0, 0, 0)), 32, parameterization),
     )
     count = scene.triangle_offsets[-1]
@@ -60,11 +76,6 @@ def ring_pem(parameterization: Parameterization) -> ParameterizedEnvironmentMap:
     )
 
 
-@pytest.fixture(name="pem", scope="module")
-def _pem() -> ParameterizedEnvironmentMap:
-    return ring_pem(PARAMETERIZATIONS["cube"])
-
-
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)
 def test_measured_and_analytic_matrix_agree(name: str) -> None:
     pem = ring_pem(PARAMETERIZATIONS[name])
@@ -77,19 +88,25 @@ def test_measured_and_analytic_matrix_agree(name: str) -> None:
     assert found.test_renderings == colors * pem.sample_count
 
 
+@pytest.mark.parametrize("name", ["cube", "latlong"])
+def test_reliefs_agree_too(name: str) -> None:
+    found = verify(ring_pem(PARAMETERIZATIONS[name], relief()))
+    assert found.agrees and "but for 0.2%" in str(found)  # searches that a rounding sends over the table's edge
+    assert found.compared_share > 0.99
+
+
 @pytest.mark.parametrize(
     "change",
     [
         lambda text: text.replace("+ lod_bias", "+ lod_bias + 0.5"),
         lambda text: text.replace("dot(ray, n) * n", "dot(ray, n) * n * 1.001"),
+        lambda text: text.replace("k < fetches", "k + 1u < fetches"),
     ],
-    ids=["the LOD shifted by a half", "the mirrored ray a little off"],
+    ids=["the LOD shifted by a half", "the mirrored ray a little off", "a search that ends a step early"],
 )
-def test_a_shader_that_differs_is_found_out(
-    pem: ParameterizedEnvironmentMap, change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_shader_that_differs_is_found_out(change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch) -> None:
     assert change(link("probe.wgsl")) != link("probe.wgsl")
     monkeypatch.setattr("reflet.render.playback.passes.link", lambda program: change(link(program)))
-    found = verify(pem)
+    found = verify(ring_pem(PARAMETERIZATIONS["cube"], relief()))
     assert not found.agrees and found.max_difference > 1e-3
     assert "differs" in str(found)

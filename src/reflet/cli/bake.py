@@ -55,7 +55,7 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
     type=click.Choice(list(KINDS)),
     default="box",
     show_default=True,
-    help="Shape of the distant surroundings.",
+    help="Shape of the distant surroundings; relief: their own distances.",
 )
 @click.option(
     "--local",
@@ -102,7 +102,7 @@ def bake(
       reflet bake teapot-room --out teapot
       reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
       reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
-      reflet bake shop.glb --reflect 'Vase*' --distant box --elevation 15 --out vase
+      reflet bake shop.glb --reflect 'Vase*' --distant relief --elevation 15 --out vase
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """

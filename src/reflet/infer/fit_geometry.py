@@ -13,7 +13,7 @@ from reflet.errors import RefletError
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 
-RELIEF_SIZE = 128
+RELIEF_SIZE = 64
 _MARGIN = 1.02  # of shapes that must hold a part: rays start inside them
 _ROUNDS = 40  # of the search for a least ellipsoid; ten suffice for most meshes
 
@@ -52,15 +52,16 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
 def relief(probe: StaticProbe, start: Geometry) -> Geometry:
     """The probe's own distances as a `Relief` of at most `RELIEF_SIZE` rows, searched from ``start`` if it is a box.
 
-    Where nothing is at a finite distance it is the sphere at infinity.
+    Of what a texel sees the nearest counts: with means rays slip past the edges of what stands near. Where nothing is
+    at a finite distance it is the sphere at infinity.
     """
     inverse = inverse_chebyshev(probe.distance)
     if not inverse.any():
         return InfiniteSphere()
     size = min(inverse.shape[-1], RELIEF_SIZE)
-    means = inverse.reshape(6, size, -1, size, inverse.shape[-1] // size).mean((2, 4))
+    nearest = inverse.reshape(6, size, -1, size, inverse.shape[-1] // size).max((2, 4))
     lower, upper = (start.lower, start.upper) if isinstance(start, Box) else ((-FAR_AWAY,) * 3, (FAR_AWAY,) * 3)
-    return Relief(means.astype(np.float16), lower, upper, probe.origin)
+    return Relief(nearest.astype(np.float16), lower, upper, probe.origin)
 
 
 def bounding_ellipsoid(scene: Scene, parts: Sequence[int]) -> Ellipsoid:
