@@ -16,13 +16,15 @@ from PIL import Image
 from small_pem import small_pem
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
+from reflet.envmap.relief import Relief
 from reflet.pem.container import save_pem
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
 ORBIT_VIEWS = 60  # more than the 42 that can be resident
 
-OTHERS = ("latlong", "dual_paraboloid", "gazing_ball")  # twice as wide; two faces; a frame of its own for each sample
+# Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own.
+OTHERS = ("latlong", "dual_paraboloid", "gazing_ball", "relief")
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
     "home": {"samples": 16},
@@ -52,6 +54,15 @@ def orbit_pem():
     return replace(pem, space=replace(pem.space, axes=(Axis("azimuth_deg", azimuths),)))
 
 
+def relief_pem():
+    """The small PEM, its surroundings of no shape but somewhat rough: no texel's distance is its neighbour's."""
+    pem = small_pem()
+    inverse = np.random.default_rng(3).uniform(0.3, 0.6, (6, 8, 8)).astype(np.float16)
+    box = pem.layers[0].geometry
+    relief = Relief(inverse, box.lower, box.upper, box.origin)
+    return replace(pem, layers=(replace(pem.layers[0], geometry=relief), *pem.layers[1:]))
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """(what the browser saw, folder of its frames, PEM folder, orbit's PEM folder)."""
@@ -60,7 +71,9 @@ def session(tmp_path_factory):
     save_pem(folder / "pem", small_pem())
     save_pem(folder / "orbit", orbit_pem())
     for name in OTHERS:
-        save_pem(folder / name, small_pem(parameterization=PARAMETERIZATIONS[name]))
+        save_pem(
+            folder / name, relief_pem() if name == "relief" else small_pem(parameterization=PARAMETERIZATIONS[name])
+        )
     with ExitStack() as servers:
         address, orbit_address, *others = (
             servers.enter_context(viewer_server(folder / name)) for name in ("pem", "orbit", *OTHERS)
