@@ -21,13 +21,11 @@ def distances(shape: Box | Sphere | InfiniteSphere, origin: tuple[float, float, 
     return np.linalg.norm(hit * scale, axis=-1)
 
 
-def relief_of(
-    shape: Box | Sphere | InfiniteSphere, size: int = 128, fetches: int = 4, start: Box | None = None
-) -> Relief:
+def relief_of(shape: Box | Sphere | InfiniteSphere, size: int = 128, start: Box | None = None) -> Relief:
     """What a probe would make of a shape."""
     origin = (0.1, 0.2, -0.3) if isinstance(shape, InfiniteSphere) else shape.origin
     q = inverse_chebyshev(distances(shape, origin, size)).astype(np.float16)
-    return Relief(q, *((start.lower, start.upper) if start else NOWHERE), origin, fetches)
+    return Relief(q, *((start.lower, start.upper) if start else NOWHERE), origin)
 
 
 def plane_relief(height: float, size: int = 128, start: Box | None = None) -> Relief:

@@ -92,7 +92,7 @@ def test_opens_by_the_name_of_its_scene(folder):
         Ellipsoid((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), (0.1, 0.2, 0.3)),
         Box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0), (0.1, 0.2, 0.3)),
         Hemisphere((0.0, 1.0, 0.0), (2.0, 3.0, 4.0), -0.5, (0.1, 0.2, 0.3)),
-        Relief(np.arange(96, dtype=np.float16).reshape(6, 4, 4), (-1.0,) * 3, (FAR_AWAY,) * 3, (0.1, 0.2, 0.3), 3),
+        Relief(np.arange(96, dtype=np.float16).reshape(6, 4, 4), (-1.0,) * 3, (FAR_AWAY,) * 3, (0.1, 0.2, 0.3)),
     ],
 )
 def test_geometries_come_back(tmp_path, geometry):

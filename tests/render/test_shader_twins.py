@@ -46,20 +46,19 @@ def test_lookup_direction(geometry, rays) -> None:  # type: ignore[no-untyped-de
     np.testing.assert_allclose(shader, reference, atol=4e-6)
 
 
-def rough_relief(fetches: int = 4) -> Relief:
+def rough_relief() -> Relief:
     """A room around a table's edge: walls, a floor nearer by, and gaps between them."""
     direction = texel_directions(64)
     walls = 1.0 / np.abs(direction).max(-1) * 2.0
     with np.errstate(divide="ignore"):
         floor = np.where(direction[..., 1] < -0.6, -0.5 / direction[..., 1], np.inf)
     q = inverse_chebyshev(np.minimum(walls, floor)).astype(np.float16)
-    return Relief(q, (-2.0, -1.0, -1.5), (1.5, 2.0, 2.5), (0.2, 0.1, 0.0), fetches)
+    return Relief(q, (-2.0, -1.0, -1.5), (1.5, 2.0, 2.5), (0.2, 0.1, 0.0))
 
 
-@pytest.mark.parametrize("fetches", [1, 2, 4])
-def test_relief(fetches: int, rays) -> None:  # type: ignore[no-untyped-def]
+def test_relief(rays) -> None:  # type: ignore[no-untyped-def]
     p, r = rays
-    relief = rough_relief(fetches)
+    relief = rough_relief()
     code = """
     #import relief
     let g = Geometry(vec4f(in2[0], in2[1], in2[2], in2[3]), vec4f(in2[4], in2[5], in2[6], in2[7]),

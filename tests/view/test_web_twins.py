@@ -87,7 +87,7 @@ def test_geometries_pack_alike(call):
 def test_reliefs_pack_alike(call, largest):
     inverse = np.zeros((6, 2, 2), np.float16)
     inverse[3, 1, 0] = largest
-    relief = Relief(inverse, BOX.lower, BOX.upper, ORIGIN, 3)
+    relief = Relief(inverse, BOX.lower, BOX.upper, ORIGIN)
     bits = inverse.view(np.uint16).ravel().tolist()
     (packed,) = call([("maths/geometry", "pack", [{**geometry_to_json(relief), "size": 2, "inverseDistance": bits}])])
     np.testing.assert_array_equal(np.array(packed, np.float32), pack(relief))

@@ -11,7 +11,7 @@ from numba import njit
 
 from reflet.envmap.geometry import BOX, HEMISPHERE, INFINITE_SPHERE, RELIEF, Geometry, pack
 from reflet.envmap.parameterizations.compiled_parameterization import CUBE, face_of, point_of, project, rate_at
-from reflet.envmap.relief import FLAT, SETTLED, STEP, Relief
+from reflet.envmap.relief import FETCHES, FLAT, SETTLED, STEP, Relief
 from reflet.envmap.shapes import LEAST_HALF_CHORD
 
 _SMALL = 1e-12
@@ -98,7 +98,7 @@ def inverse_hit(g, faces, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-de
     else:
         high = before
     w = min(m_before, limit)
-    for _ in range(int(g[8]) - 1):
+    for _ in range(FETCHES - 1):
         m = _along(faces, ax, ay, az, rx, ry, rz, w)
         if m > w:
             low = max(low, w)

@@ -1,9 +1,8 @@
 """Geometries: what stands for the environment's distances when an env map is looked up [Hakura01, sec. 4].
 
 `shapes` are given by a few numbers, a `relief` by a map of distances. Every geometry packs into the same twelve floats
-(`pack`), which shaders and kernels share: ``[kind, a.xyz, c, b.xyz, d, origin.xyz]``, with a, b the corners of the box
-(of a relief's, where the search starts) or centre and radii, c the floor's height or a relief's `Relief.limit`, and d
-the number of a relief's fetches.
+(`pack`), which shaders and kernels share: ``[kind, a.xyz, c, b.xyz, 0, origin.xyz]``, with a, b the corners of the box
+(of a relief's, where the search starts) or centre and radii, and c the floor's height or a relief's `Relief.limit`.
 """
 
 import numpy as np
@@ -42,7 +41,7 @@ def pack(geometry: Geometry) -> Float[np.ndarray, "12"]:
             out[5:8], out[9:12] = geometry.radii, geometry.origin
         case Relief():
             out[0], out[1:4], out[4] = RELIEF, geometry.lower, geometry.limit
-            out[5:8], out[8], out[9:12] = geometry.upper, geometry.fetches, geometry.origin
+            out[5:8], out[9:12] = geometry.upper, geometry.origin
         case Ellipsoid():
             out[0] = SPHERE if isinstance(geometry, Sphere) else ELLIPSOID
             out[1:4], out[5:8], out[9:12] = geometry.centre, geometry.radii, geometry.origin

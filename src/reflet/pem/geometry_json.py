@@ -20,7 +20,6 @@ def geometry_to_json(geometry: Geometry, buffer: BufferWriter) -> dict[str, Any]
             "lower": list(geometry.lower),
             "upper": list(geometry.upper),
             "origin": list(geometry.origin),
-            "fetches": geometry.fetches,
             _MAP: buffer.add(geometry.inverse_distance.view(np.uint16)),
         }
     fields = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(geometry).items()}

@@ -4,7 +4,7 @@
 struct Geometry {
   kind_a: vec4f,   // kind, then the box's lower corner or the centre
   floor_b: vec4f,  // the floor's height or a relief's limit, then the box's upper corner or the radii
-  origin: vec4f,   // a relief's fetches, then the env map's origin
+  origin: vec4f,   // 0, then the env map's origin
 }
 
 const INFINITE_SPHERE = 0.0;

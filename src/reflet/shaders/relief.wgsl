@@ -2,6 +2,7 @@
 
 // Relief: where a ray meets distances that a cube map holds (twin of reflet.envmap.relief, which derives it).
 
+const FETCHES = 4u;            // a constant: loops of other lengths leak memory on llvmpipe
 const FLAT = 1e-9;             // of the limit: steps whose two changes are alike know nothing of the root
 const SETTLED = 3.814697265625e-6;  // of w, 2^-18: steps that small are rounding
 const STEP = 1.52587890625e-5; // of the limit, 2^-16: the first step up from the infinitely far
@@ -17,7 +18,6 @@ fn relief_along(relief: texture_cube<f32>, linear: sampler, a: vec3f, r: vec3f, 
 fn inverse_hit(g: Geometry, relief: texture_cube<f32>, linear: sampler, p: vec3f, r: vec3f) -> f32 {
   let a = p - g.origin.yzw;
   let limit = g.floor_b.x;
-  let fetches = u32(g.origin.x);
   let t = box_exit(g, p, finite_slopes(r));
   var low = 0.0;
   var high = limit;
@@ -29,7 +29,7 @@ fn inverse_hit(g: Geometry, relief: texture_cube<f32>, linear: sampler, p: vec3f
     high = before;
   }
   var w = min(m_before, limit);
-  for (var k = 1u; k < fetches; k++) {
+  for (var k = 1u; k < FETCHES; k++) {
     let m = relief_along(relief, linear, a, r, w);
     if (m > w) {
       low = max(low, w);

@@ -15,7 +15,6 @@ export interface Relief {
   lower: Vec3;
   upper: Vec3;
   origin: Vec3;
-  fetches: number;
   size: number;
   inverseDistance: Uint16Array;
 }
@@ -30,8 +29,8 @@ export type Geometry =
 /** The twelve floats that shaders read. */
 export function pack(geometry: Geometry): number[] {
   if (geometry.kind === "relief") {
-    const { lower, upper, origin, fetches } = geometry;
-    return [RELIEF, ...lower, limit(geometry), ...upper, fetches, ...origin];
+    const { lower, upper, origin } = geometry;
+    return [RELIEF, ...lower, limit(geometry), ...upper, 0, ...origin];
   }
   const kind = KINDS.indexOf(geometry.kind);
   switch (geometry.kind) {
