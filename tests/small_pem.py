@@ -4,14 +4,13 @@ Two touching mirror balls hang in a textured room with a bright ceiling. The map
 inferred ones; they differ from sample to sample and from level to level, so that any mix-up shows.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid
 from reflet.envmap.parameterizations.cube import AXES, CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.relief import Relief
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.scene.material import EnvironmentLight, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
@@ -30,8 +29,11 @@ def small_pem(
     with_environment: bool = True,
     with_room: bool = True,
     parameterization: Parameterization = CUBE,
+    shells: int = 1,
+    with_base: bool = True,
 ) -> ParameterizedEnvironmentMap:
-    """The PEM. Without its room, which is closed, the environment light is seen."""
+    """The PEM. Without its room, which is closed, the environment light is seen. Of several ``shells`` the nearer ones
+    are reliefs, half transparent."""
     checks = np.indices((8, 8)).sum(0) % 2
     tiles = Texture(
         np.stack([200 - 90 * checks, 150 - 60 * checks, 110 + 80 * checks, 255 + 0 * checks], -1).astype("u1")
@@ -54,7 +56,7 @@ def small_pem(
     scene = Scene(parts, (ReflectiveObject("balls", (0, 1)),), environment if with_environment else None)
     box = Box((-ROOM,) * 3, (ROOM,) * 3, (0.0, 0.1, 0.0))
     layers = (
-        Layer("balls", "distant", (0, 1), box, size, parameterization),
+        *_shells(shells, box, size, parameterization),
         Layer("ball", "local", (0,), Ellipsoid(BIG[0], (0.51, 0.52, 0.51), BIG[0]), size // 2, parameterization),
         Layer("knob", "local", (1,), Ellipsoid(KNOB[0], (0.15, 0.15, 0.15), KNOB[0]), size // 2, parameterization),
     )
@@ -72,8 +74,31 @@ def small_pem(
         lod_bias=-1.0,
         sample_count=16,
         statistics={"seconds": 1.5, "samples": [{"iterations": [view, 5]} for view in range(views)]},
-        static_maps=(_map(replace(layers[0], parameterization=CUBE), 7),),
+        base=tuple(_map(layer, 7) for layer in layers[:shells]) if with_base else (),
+        fade_deg=10.0,
     )
+
+
+def _shells(count: int, box: Box, size: int, parameterization: Parameterization) -> list[Layer]:
+    """The distant layers, nearest first."""
+    ends = [0.0, *(0.8 + 0.3 * number for number in range(count - 1)), np.inf]
+    rows = np.arange(6 * 64).reshape(6, 8, 8)
+    reliefs = [Relief((1.0 + number + 0.3 * np.sin(rows)).astype(np.float16), box.lower, box.upper, box.origin)
+               for number in range(count - 1)]  # fmt: skip
+    geometries = [*reversed(reliefs), box]
+    return [
+        Layer(
+            "balls" if count == 1 else f"balls {number}",
+            "distant",
+            (0, 1),
+            geometry,
+            size,
+            parameterization,
+            begin,
+            end,
+        )
+        for number, (geometry, begin, end) in enumerate(zip(geometries, ends[:-1], ends[1:], strict=True))
+    ]
 
 
 def _ball(centre: tuple[float, float, float], radius: float, columns: int = 24, rows: int = 12) -> Mesh:
@@ -125,7 +150,7 @@ def _map(layer: Layer, view: int) -> EnvMap:
     for mip_level, size in enumerate(chain.level_sizes):
         d = chain.parameterization.texel_directions(size)[0].reshape(-1, 3)
         colour = 0.6 + 0.5 * np.sin(d * (3.0, 4.0, 5.0) + 0.3 * view + 0.2 * mip_level)
-        if layer.kind == "local":
+        if layer.channels == 4:
             alpha = np.clip(1.5 * d[:, 1:2] + 0.2 * d[:, :1], 0.0, 1.0)
             colour = np.concatenate([alpha * colour, alpha], 1)
         levels.append(colour)

@@ -57,19 +57,30 @@ def test_maps_come_back_to_half_precision(tmp_path, name):
     back = open_pem(tmp_path / "pem")
     assert back.layers == pem.layers
     assert len(back.maps) == len(pem.maps)
-    for ours, theirs in zip([*pem.maps, pem.static_maps], [*back.maps, back.static_maps], strict=True):
+    assert back.fade_deg == pem.fade_deg
+    for ours, theirs in zip([*pem.maps, pem.base], [*back.maps, back.base], strict=True):
         for a, b in zip(ours, theirs, strict=True):
             assert (a.chain, a.geometry) == (b.chain, b.geometry)
             np.testing.assert_array_equal(a.texels.astype(np.float16).astype(np.float32), b.texels)
 
 
-def test_layers_of_older_folders_are_cubes(folder, pem):
-    path = folder / "scene.gltf"
-    document = json.loads(path.read_text())
-    for layer in document["extensions"][EXTENSION]["layers"]:
-        del layer["parameterization"]
-    path.write_text(json.dumps(document))
-    assert open_pem(folder).layers == pem.layers
+@pytest.mark.parametrize("shells", [2, 3])
+def test_shells_come_back(tmp_path, shells):
+    pem = small_pem(shells=shells)
+    save_pem(tmp_path / "pem", pem)
+    back = open_pem(tmp_path / "pem")
+    assert back.layers == pem.layers
+    assert [env_map.texels.shape[1] for env_map in back.base] == [4] * (shells - 1) + [3]
+    assert [env_map.texels.shape[1] for env_map in back.maps[1]] == [4] * (shells - 1) + [3, 4, 4]
+
+
+def test_a_pem_may_have_no_samples(tmp_path):
+    pem = small_pem(views=0, shells=2)
+    save_pem(tmp_path / "pem", pem)
+    back = open_pem(tmp_path / "pem")
+    assert len(back.maps) == 0
+    assert back.space == pem.space
+    assert back.base_share({"azimuth_deg": 10.0, "elevation_deg": 20.0, "distance": 2.0}) == 1.0
 
 
 def test_maps_are_a_sequence(folder):
@@ -206,7 +217,7 @@ def _edit(folder, change):
         (lambda f: (f / "scene.bin").write_bytes(b"0" * 100), "truncated or damaged"),
         (lambda f: (f / "surface.bin").unlink(), "does not exist"),
         (lambda f: (f / "textures/0.png").write_bytes(b"\x89PNG"), "missing or damaged"),
-        (lambda f: (f / "maps/static/0-balls.ktx2").unlink(), "does not exist"),
+        (lambda f: (f / "maps/base/0-balls.ktx2").unlink(), "does not exist"),
         (lambda f: _edit(f, lambda d: d["extensions"].pop(EXTENSION)), "plain glTF"),
         (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].update(version=99)), "version 99"),
         (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].pop("layers")), "damaged"),

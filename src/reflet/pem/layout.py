@@ -3,7 +3,7 @@
 import re
 
 EXTENSION = "REFLET_parameterized_environment_map"
-VERSION = 1
+VERSION = 2
 
 SCENE = "scene.gltf"  # written last: a folder without it is an unfinished bake
 SCENE_BUFFER = "scene.bin"
@@ -24,9 +24,9 @@ def map_file(sample: int, layer: int, name: str) -> str:
     return f"{sample_folder(sample)}/{layer}-{slug(name)}.ktx2"
 
 
-def static_map_file(obj: int, name: str) -> str:
-    """File of one object's static map."""
-    return f"maps/static/{obj}-{slug(name)}.ktx2"
+def base_file(layer: int, name: str) -> str:
+    """File of one distant layer's base map."""
+    return f"maps/base/{layer}-{slug(name)}.ktx2"
 
 
 def slug(name: str) -> str:

@@ -1,7 +1,8 @@
 """The parameterized environment map itself."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any, Literal
 
 import numpy as np
@@ -17,15 +18,18 @@ from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import ParameterSpace
 
+MOST_SHELLS = 3  # of one object
+
 
 @dataclass(frozen=True)
 class Layer:
     """One map that every sample of the parameter space holds.
 
-    ``parts`` (indices into the scene's parts) are the parts that look it up. A distant map has 3 channels, a local one
-    4 (premultiplied radiance and alpha) and is composited over the distant map of the same part. Every reflective part
-    has exactly one distant layer and at most one local layer. A single-layer PEM has no local layers. ``size`` is the
-    number of rows of a map's face.
+    ``parts`` (indices into the scene's parts) are the parts that look it up; the parts of an object share its distant
+    layers. These are its *shells*: layer by layer what lies between the distances ``begin`` and ``end``, in metres from
+    the EM origin, with all that is nearer taken away. Each reflective part has one to `MOST_SHELLS` of them, the
+    nearest first and the last without end, of one ``size`` and ``parameterization``; and at most one local layer, which
+    is composited over them. A single-layer PEM has no local layers. ``size`` is the number of rows of a map's face.
     """
 
     name: str
@@ -34,6 +38,13 @@ class Layer:
     geometry: Geometry
     size: int
     parameterization: Parameterization = CUBE
+    begin: float = 0.0
+    end: float = inf
+
+    @property
+    def channels(self) -> Literal[3, 4]:
+        """3 of a last shell, which hides all behind it, else 4: premultiplied radiance and alpha."""
+        return 3 if self.kind == "distant" and self.end == inf else 4
 
     @property
     def chain(self) -> MipChain:
@@ -55,10 +66,11 @@ class ParameterizedEnvironmentMap:
     """Env maps for every sample of a parameter space, with the scene they belong to.
 
     ``maps[sample][layer]`` is the env map of one layer at one sample, in the order of ``layers``; the sequence may read
-    from disk when asked. ``on_hull`` flags the scene's triangles whose fronts lie on their object's convex hull: they
-    look up the distant layer only. The maps were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted
-    by ``lod_bias``, and are to be shown so. ``static_maps``, where given, hold each object's static env map, seen from
-    the object's centre: the prior of inference, a cube whatever the layers' parameterization.
+    from disk when asked, and is empty where the space has no samples. ``base`` holds a map of each distant layer, in
+    their order, that serves every viewpoint; it may be empty where there are samples. As the camera leaves the samples,
+    playback fades to it, fully at ``fade_deg`` of displacement (`ParameterSpace.displacement_deg`). ``on_hull`` flags
+    the scene's triangles whose fronts lie on their object's convex hull: they look up the distant layers only. The maps
+    were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted by ``lod_bias``, and are to be shown so.
     """
 
     scene: Scene
@@ -70,4 +82,19 @@ class ParameterizedEnvironmentMap:
     lod_bias: float
     sample_count: int
     statistics: dict[str, Any] = field(default_factory=dict)
-    static_maps: tuple[EnvMap, ...] = ()
+    base: tuple[EnvMap, ...] = ()
+    fade_deg: float = 0.0
+
+    @property
+    def distant_layers(self) -> list[int]:
+        """Indices of the distant layers."""
+        return [index for index, layer in enumerate(self.layers) if layer.kind == "distant"]
+
+    def base_share(self, point: Mapping[str, float]) -> float:
+        """How much of the distant light comes from ``base`` at a point of the space, from 0 to 1."""
+        if not self.base:
+            return 0.0
+        if not self.space.sample_count:
+            return 1.0
+        away = self.space.displacement_deg(point)
+        return min(away / self.fade_deg, 1.0) if self.fade_deg > 0.0 else float(away > 0.0)

@@ -3,13 +3,13 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import Geometry
 from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.errors import RefletError
 from reflet.files.textures.ktx2 import read_ktx2
@@ -90,7 +90,9 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
             tuple(item["parts"]),
             geometry_from_json(item["geometry"], folder),
             item["size"],
-            parameterization(item.get("parameterization", "cube")),  # written since there are others
+            parameterization(item["parameterization"]),
+            item["begin"],
+            item.get("end", inf),
         )
         for item in extension["layers"]
     )
@@ -114,11 +116,16 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         lod_bias=extension["lodBias"],
         sample_count=extension["sampleCount"],
         statistics=extension["statistics"],
-        static_maps=tuple(
-            _read_map(folder / item["uri"], geometry_from_json(item["geometry"], folder), channels=3)
-            for item in extension["staticMaps"]
+        base=tuple(
+            _read_map(folder / uri, layer)
+            for layer, uri in zip(_distant(layers) if extension["base"] else (), extension["base"], strict=True)
         ),
+        fade_deg=extension["fadeDeg"],
     )
+
+
+def _distant(layers: Sequence[Layer]) -> list[Layer]:
+    return [layer for layer in layers if layer.kind == "distant"]
 
 
 @dataclass(frozen=True)
@@ -140,11 +147,10 @@ class _MapsOnDisk(Sequence[tuple[EnvMap, ...]]):
         if isinstance(index, slice):
             return _MapsOnDisk(self.folder, self.layers, self.files[index])
         return tuple(
-            _read_map(self.folder / name, layer.geometry, channels=4 if layer.kind == "local" else 3)
-            for layer, name in zip(self.layers, self.files[index], strict=True)
+            _read_map(self.folder / name, layer) for layer, name in zip(self.layers, self.files[index], strict=True)
         )
 
 
-def _read_map(path: Path, geometry: Geometry, *, channels: int) -> EnvMap:
+def _read_map(path: Path, layer: Layer) -> EnvMap:
     file = read_ktx2(path)
-    return EnvMap(file.chain, file.texels()[:, :channels].astype(np.float32), geometry)
+    return EnvMap(file.chain, file.texels()[:, : layer.channels].astype(np.float32), layer.geometry)

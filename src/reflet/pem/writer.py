@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Mapping, Sequence
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +110,8 @@ class PemWriter:
         lod_bias: float,
         sample_count: int,
         statistics: Mapping[str, Any] | None = None,
-        static_maps: Sequence[EnvMap] = (),
+        base: Sequence[EnvMap] = (),
+        fade_deg: float = 0.0,
     ) -> None:
         """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
 
@@ -119,9 +121,10 @@ class PemWriter:
         missing = [sample for sample in range(space.sample_count) if not self.has(sample)]
         if missing:
             raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; go on with the bake by --resume.")
-        for obj, env_map in enumerate(static_maps):
-            path = self.folder / layout.static_map_file(obj, scene.objects[obj].name)
-            write_ktx2(path, env_map.chain, env_map.texels)
+        distant = [(number, layer) for number, layer in enumerate(layers) if layer.kind == "distant"] if base else []
+        base_files = [layout.base_file(number, layer.name) for number, layer in distant]
+        for file, env_map in zip(base_files, base, strict=True):
+            write_ktx2(self.folder / file, env_map.chain, env_map.texels)
         surface = BufferWriter(layout.SURFACE_BUFFER)
         extension: dict[str, Any] = {
             "version": layout.VERSION,
@@ -148,6 +151,8 @@ class PemWriter:
                     "size": layer.size,
                     "parameterization": layer.parameterization.name,
                     "geometry": geometry_to_json(layer.geometry, surface),
+                    "begin": layer.begin,
+                    **({"end": layer.end} if layer.end < inf else {}),
                 }
                 for layer in layers
             ],
@@ -155,13 +160,8 @@ class PemWriter:
                 {"maps": [layout.map_file(sample, number, layer.name) for number, layer in enumerate(layers)]}
                 for sample in range(space.sample_count)
             ],
-            "staticMaps": [
-                {
-                    "uri": layout.static_map_file(obj, scene.objects[obj].name),
-                    "geometry": geometry_to_json(env_map.geometry, surface),
-                }
-                for obj, env_map in enumerate(static_maps)
-            ],
+            "base": base_files,
+            "fadeDeg": fade_deg,
             "irradiance": {
                 "resolution": surface.add(irradiance.resolution),
                 "offset": surface.add(irradiance.offset),
@@ -203,7 +203,8 @@ def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap) -> None:
         lod_bias=pem.lod_bias,
         sample_count=pem.sample_count,
         statistics={name: value for name, value in pem.statistics.items() if name != "samples"},
-        static_maps=pem.static_maps,
+        base=pem.base,
+        fade_deg=pem.fade_deg,
     )
 
 

@@ -154,10 +154,6 @@ def bake(
         lod_bias=LOD_BIAS,
         sample_count=sample_count,
         statistics={"spp": spp},
-        static_maps=[
-            EnvMap(probe.chain, probe.texels, fit(distant, scene, item.parts, probe))
-            for item, probe in zip(scene.objects, probes, strict=True)
-        ],
     )
     progress("write", 1, 1)
     return writer.folder

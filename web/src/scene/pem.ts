@@ -7,7 +7,7 @@ import type { Axis } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
 
 const EXTENSION = "REFLET_parameterized_environment_map";
-const VERSION = 1;
+const VERSION = 2;
 
 export interface Layer {
   readonly name: string;

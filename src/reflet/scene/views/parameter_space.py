@@ -20,14 +20,14 @@ VIEW_AXES = ("azimuth_deg", "elevation_deg", "distance")
 
 @dataclass(frozen=True)
 class Axis:
-    """One named axis with its increasing sample coordinates."""
+    """One named axis with its increasing sample coordinates; without any, the space has no samples."""
 
     name: str
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        if not self.values or any(b <= a for a, b in zip(self.values, self.values[1:], strict=False)):
-            raise RefletError(f"Axis {self.name} needs at least one coordinate, in increasing order: {self.values}.")
+        if any(b <= a for a, b in zip(self.values, self.values[1:], strict=False)):
+            raise RefletError(f"Axis {self.name} needs its coordinates in increasing order, not {self.values}.")
 
 
 @dataclass(frozen=True)
@@ -95,18 +95,28 @@ class ParameterSpace:
         """The camera of one sample."""
         return self.orbit.camera(self.points()[sample])
 
+    def displacement_deg(self, point: Mapping[str, float]) -> float:
+        """How far a point's camera stands from the sampled range: the distance between it and the camera of the
+        closest point of the range, over that one's distance from the target, as an angle. Needs samples."""
+        closest = {
+            axis.name: float(np.clip(_coordinate(axis, point), axis.values[0], axis.values[-1])) for axis in self.axes
+        }
+        here, there = self.orbit.camera(point), self.orbit.camera(closest)
+        gap = np.linalg.norm(np.subtract(here.position, there.position))
+        return float(np.degrees(gap / np.linalg.norm(np.subtract(there.position, self.orbit.target))))
+
     def blend_weights(self, point: Mapping[str, float]) -> dict[int, float]:
         """Multilinear weights of the samples around a point: at most 2^axes of them, all positive, their sum 1.
 
-        Outside the grid the closest border is taken. Azimuths are compared modulo 360°: of all equivalent angles the
-        one closest to the axis's range counts.
+        None where the space has no samples. Outside the grid the closest border is taken. Azimuths are compared modulo
+        360°: of all equivalent angles the one closest to the axis's range counts.
         """
+        if not self.sample_count:
+            return {}
         brackets: list[list[tuple[int, float]]] = []
         for axis in self.axes:
             values = np.asarray(axis.values)
-            x = float(point[axis.name])
-            if axis.name == "azimuth_deg":
-                x += 360.0 * np.round((0.5 * (values[0] + values[-1]) - x) / 360.0)
+            x = _coordinate(axis, point)
             low = int(np.clip(np.searchsorted(values, x, side="right") - 1, 0, max(len(values) - 2, 0)))
             high = min(low + 1, len(values) - 1)
             step = values[high] - values[low]
@@ -118,14 +128,22 @@ class ParameterSpace:
         }
 
 
+def _coordinate(axis: Axis, point: Mapping[str, float]) -> float:
+    """A point's coordinate on an axis; of all equivalent azimuths the one closest to the axis's range."""
+    x = float(point[axis.name])
+    if axis.name == "azimuth_deg":
+        x += 360.0 * round((0.5 * (axis.values[0] + axis.values[-1]) - x) / 360.0)
+    return x
+
+
 def orbit_space(orbit: Orbit, views: int, spacing_deg: float) -> ParameterSpace:
     """``views`` viewpoints on a circle around the target, ``spacing_deg`` apart, the first at the orbit's azimuth.
 
-    Raises RefletError for less than one view, a spacing that is not positive, or more than one turn.
+    Raises RefletError for less than no view, a spacing that is not positive, or more than one turn.
     """
-    if views < 1 or not spacing_deg > 0.0 or (views - 1) * spacing_deg >= 360.0:
+    if views < 0 or not spacing_deg > 0.0 or (views - 1) * spacing_deg >= 360.0:
         raise RefletError(
-            f"{views} views {spacing_deg:g} degrees apart do not fit an orbit; choose at least one view, a positive "
+            f"{views} views {spacing_deg:g} degrees apart do not fit an orbit; choose no view or more, a positive "
             "spacing, and less than one turn in all."
         )
     values = tuple(orbit.azimuth_deg + i * spacing_deg for i in range(views))
