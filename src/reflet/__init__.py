@@ -28,6 +28,7 @@ _PUBLIC = {
     "compare": "reflet.pipelines.compare",
     "convert": "reflet.pipelines.convert",
     "engine_maps": "reflet.pipelines.engine_maps",
+    "env_map_of": "reflet.envmap.env_map",
     "frame_orbit": "reflet.scene.views.framing",
     "infer_layer": "reflet.infer.infer_layer",
     "join": "reflet.pipelines.join",

@@ -1,7 +1,7 @@
 """A PEM's folder: it comes back as it was, opens elsewhere, survives being killed, refuses what it does not know."""
 
 import json
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
@@ -241,3 +241,20 @@ def test_a_missing_map_is_one_sentence_when_it_is_asked_for(folder):
 def test_a_folder_without_a_pem_is_one_sentence(tmp_path):
     with pytest.raises(RefletError, match=r"nowhere does not exist"):
         open_pem(tmp_path / "nowhere")
+
+
+def test_a_local_layer_has_no_relief(tmp_path, pem):
+    """Shaders search the distant layers' reliefs only."""
+    relief = next(each.geometry for each in small_pem(shells=2).layers if isinstance(each.geometry, Relief))
+    local = next(layer for layer in pem.layers if layer.kind == "local")
+    with pytest.raises(ValueError, match="local layer is a shape"):
+        replace(local, geometry=relief)
+    save_pem(tmp_path / "pem", small_pem(shells=2))
+
+    def swap(document):
+        layers = document["extensions"][EXTENSION]["layers"]
+        layers[-1]["geometry"] = next(layer["geometry"] for layer in layers if layer["geometry"]["kind"] == "relief")
+
+    _edit(tmp_path / "pem", swap)
+    with pytest.raises(RefletError, match="local layer is a shape"):
+        open_pem(tmp_path / "pem")

@@ -9,7 +9,7 @@ from reflet.shaders.link import link, link_text
 
 PROGRAMS = (
     "picture", "probe", "backdrop", "accumulate", "display", "map_view", "mipmap",
-    "material_picture", "paraboloid_two_pass", "matte", "warp", "map_levels",
+    "material_picture", "within", "paraboloid_two_pass", "matte", "warp", "map_levels",
 )  # fmt: skip
 
 

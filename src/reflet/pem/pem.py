@@ -13,6 +13,7 @@ from reflet.envmap.geometry import Geometry
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.relief import Relief
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
@@ -40,6 +41,10 @@ class Layer:
     parameterization: Parameterization = CUBE
     begin: float = 0.0
     end: float = inf
+
+    def __post_init__(self) -> None:
+        if self.kind == "local" and isinstance(self.geometry, Relief):
+            raise ValueError("the geometry of a local layer is a shape, not a relief")
 
     @property
     def channels(self) -> Literal[3, 4]:

@@ -1,7 +1,7 @@
 #import map_lookup
 #import ggx_lod
 
-// Bind group 1 of programs that look up a plain env map, at infinity. The host's side is `reflet.render.maps.env_map_texture`.
+// Bind group 1 of programs that look up a plain env map. The host's side is `reflet.render.maps.env_map_texture`.
 //
 //   binding  resource                     stages     contents
 //   0        uniform EnvMap, 64 bytes     fragment

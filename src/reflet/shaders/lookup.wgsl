@@ -10,7 +10,7 @@ const LOOKUP_VIEW_NORMAL = 3u;
 override LOOKUP: u32 = 0u;
 
 // Of a surface of unit normal n that the unit ray meets; not for LOOKUP_REFLECTION, which is `mirrored`.
-fn lookup_direction(n: vec3f, ray: vec3f) -> vec3f {
+fn shown_direction(n: vec3f, ray: vec3f) -> vec3f {
   if (LOOKUP == LOOKUP_NORMAL) {
     return n;
   }

@@ -55,7 +55,7 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
     let d = along.direction;
     incident = env_radiance_widened(d, d + dpdx(d), d + dpdy(d), along.widening);
   } else {
-    let d = lookup_direction(n, ray);
+    let d = shown_direction(n, ray);
     let footprint = longest(dpdx(d), dpdy(d));
     if (LOOKUP == LOOKUP_NORMAL) {
       incident = env_radiance(d, d + footprint, d);

@@ -1,17 +1,21 @@
-"""Plain env maps on the device: the host's side of `shaders/env_map.wgsl`."""
+"""Plain env maps on the device: the host's side of `shaders/env_map.wgsl`, and of `within.wgsl` where they are near."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import wgpu
 from jaxtyping import Float
 
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import Geometry, pack
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.envmap.relief import Relief
+from reflet.envmap.shapes import InfiniteSphere
 from reflet.errors import RefletError
-from reflet.render.device.textures import check_size
+from reflet.render.device.textures import check_size, upload_relief
 
 FULL, HALF = "rgba32float", "rgba16float"
 _UNIFORM = np.dtype(
@@ -28,6 +32,13 @@ class EnvMapTexture:
     size: int  # rows of a face
     texture: wgpu.GPUTexture
     levels_a_size: int = 1  # one after the other in the layers of a mip level
+    geometry: Geometry = field(default_factory=InfiniteSphere)  # in world space
+    relief: wgpu.GPUTextureView | None = None  # of that geometry, if it is one
+
+    @property
+    def is_near(self) -> bool:
+        """Whether lookups depend on where rays start."""
+        return not isinstance(self.geometry, InfiniteSphere)
 
     @property
     def by_hardware(self) -> bool:
@@ -76,11 +87,17 @@ def create_env_map(
     return EnvMapTexture(device, parameterization, size, texture)
 
 
-def upload_env_map(device: wgpu.GPUDevice, levels: Sequence[EnvImage]) -> EnvMapTexture:
-    """Mip levels, finest first, each half as large as the one before, or as many of each size; one is enough.
+def upload_env_map(device: wgpu.GPUDevice, source: EnvMap | Sequence[EnvImage]) -> EnvMapTexture:
+    """An env map with its geometry; or mip levels alone, which are infinitely far.
 
-    Half-float texels stay half float, all others become float32.
+    Levels come finest first, each half as large as the one before, or as many of each size; one is enough. Half-float
+    texels stay half float, all others become float32.
     """
+    if isinstance(source, EnvMap):
+        near = source.geometry
+        relief = upload_relief(device, near.inverse_distance) if isinstance(near, Relief) else None
+        return replace(upload_env_map(device, source.images), geometry=near, relief=relief)
+    levels = source
     finest = levels[0]
     sizes = [level.size for level in levels]
     a_size = sizes.count(finest.size)
@@ -116,18 +133,16 @@ def write_levels(env_map: EnvMapTexture, levels: Sequence[EnvImage]) -> None:
         )
 
 
-def env_map_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
-    """Bind group 1."""
+def env_map_layout(device: wgpu.GPUDevice, near: bool = False) -> wgpu.GPUBindGroupLayout:
+    """Bind group 1; with a geometry of maps that are ``near``."""
     fragment = wgpu.ShaderStage.FRAGMENT
     faces = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
     cube = {"sample_type": "float", "view_dimension": "cube"}
+    kinds = [{"buffer": {"type": "uniform"}}, {"texture": faces}, {"texture": cube}, {"sampler": {"type": "filtering"}}]
+    if near:
+        kinds += [{"buffer": {"type": "uniform"}}, {"texture": cube}]
     return device.create_bind_group_layout(
-        entries=[
-            {"binding": 0, "visibility": fragment, "buffer": {"type": "uniform"}},
-            {"binding": 1, "visibility": fragment, "texture": faces},
-            {"binding": 2, "visibility": fragment, "texture": cube},
-            {"binding": 3, "visibility": fragment, "sampler": {"type": "filtering"}},
-        ]
+        entries=[{"binding": k, "visibility": fragment, **kind} for k, kind in enumerate(kinds)]
     )
 
 
@@ -138,21 +153,26 @@ def env_map_group(
     map_from_world: Float[np.ndarray, "3 3"] | None = None,
     lod_bias: float = 0.0,
     roughness: float | None = None,
+    near: bool = False,
 ) -> wgpu.GPUBindGroup:
     """Bind group 1 of a map that is turned: ``map_from_world``, a rotation, by default none.
 
     ``roughness`` is the perceptual_roughness of lookups in a map whose levels are filtered for it (`ggx_levels`).
+    ``near`` is the layout's: programs that look up directions, not rays, leave the geometry out.
     """
     uniform = np.zeros((), _UNIFORM)
     uniform["map_from_world"][:, :3] = np.eye(3) if map_from_world is None else np.transpose(map_from_world)
     uniform["size"], uniform["max_lod"] = env_map.size, env_map.level_count - 1
     uniform["lod_bias"], uniform["roughness"] = lod_bias, -1.0 if roughness is None else roughness
-    cube = env_map if env_map.by_hardware else create_env_map(device, CUBE, 1, 1, HALF)
+    unused = create_env_map(device, CUBE, 1, 1, HALF).texture.create_view(dimension="cube")
     resources = [
         {"buffer": device.create_buffer_with_data(data=uniform.tobytes(), usage=wgpu.BufferUsage.UNIFORM)},
         env_map.texture.create_view(dimension="2d-array"),
-        cube.texture.create_view(dimension="cube"),
+        env_map.texture.create_view(dimension="cube") if env_map.by_hardware else unused,
         device.create_sampler(mag_filter="linear", min_filter="linear", mipmap_filter="linear"),
     ]
+    if near:
+        packed = device.create_buffer_with_data(data=pack(env_map.geometry).tobytes(), usage=wgpu.BufferUsage.UNIFORM)
+        resources += [{"buffer": packed}, env_map.relief or unused]
     entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
     return device.create_bind_group(layout=layout, entries=entries)

@@ -1,4 +1,4 @@
-"""Draws meshes before a plain env map of any parameterization."""
+"""Draws meshes before a plain env map of any geometry and parameterization."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ import wgpu
 from jaxtyping import Float32
 
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.env_map import EnvMap
 from reflet.reflectance.materials.material import WHITE, Mirror, Rgb
 from reflet.render.device.device import shared_device
 from reflet.render.maps.env_map_texture import EnvMapTexture, upload_env_map
@@ -28,14 +29,18 @@ def view_frame(camera: Camera) -> Rotation:
 
 def render_mirror(
     mesh: Mesh,
-    levels: Sequence[EnvImage],
+    env_map: EnvMap | Sequence[EnvImage],
     camera: Camera,
     frame: Rotation | None = None,
     samples: int = 4,
 ) -> Float32[np.ndarray, "height width 4"]:
-    """One picture by `EnvMapRenderer`: a perfect mirror before its environment, ``levels`` with finest first."""
+    """One picture by `EnvMapRenderer`: a perfect mirror before its environment, and that behind it.
+
+    An `EnvMap` is met at its geometry, in the mesh's space, by mirrored rays and by those from the camera, which stands
+    within it; mip levels alone, finest first, are infinitely far.
+    """
     renderer = EnvMapRenderer(mesh)
-    return renderer.picture(upload_env_map(renderer.device, levels), camera, frame=frame, samples=samples)
+    return renderer.picture(upload_env_map(renderer.device, env_map), camera, frame=frame, samples=samples)
 
 
 class EnvMapRenderer:
@@ -65,7 +70,8 @@ class EnvMapRenderer:
         are for rougher and rougher surfaces, at this perceptual ``roughness``. ``backdrop`` is what lies behind it: the
         same map, or another. ``frame`` is ``map_from_world``, the rotation of directions into the maps' own space, by
         default none; a map that depends on the view is its caller's to make and to turn (`view_frame`). ``samples`` a
-        pixel are 1, 4 or 16 (`Picture`).
+        pixel are 1, 4 or 16 (`Picture`). A map's geometry stays in the world's space, and serves materials that mirror,
+        sharply or not.
         """
         material = material or self._mirror
         # Samples are drawn as pixels of a finer grid; levels drawn by hand are for the picture's own.

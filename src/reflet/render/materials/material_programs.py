@@ -1,4 +1,7 @@
-"""Draws environment-mapped meshes, and env maps behind them: the host's side of `shaders/material_picture.wgsl`."""
+"""Draws environment-mapped meshes, and env maps behind them.
+
+The host's side of `shaders/material_picture.wgsl`, and of `shaders/within.wgsl` for maps of a geometry.
+"""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -7,8 +10,10 @@ from typing import Any
 import numpy as np
 import wgpu
 
+from reflet.envmap.geometry import pack
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
+from reflet.errors import RefletError
 from reflet.reflectance.materials.map_material import Lookup, MapMaterial
 from reflet.reflectance.materials.material import (
     WHITE,
@@ -58,7 +63,8 @@ class MaterialPrograms:
 
     def __init__(self, device: wgpu.GPUDevice, colour_format: str) -> None:
         self._device, self._format = device, colour_format
-        self.view_layout, self.map_layout = view_layout(device), env_map_layout(device)
+        self.view_layout = view_layout(device)
+        self._map_layouts = {near: env_map_layout(device, near) for near in (False, True)}
         fragment = wgpu.ShaderStage.FRAGMENT
         faces, table = (
             {"sample_type": "unfilterable-float", "view_dimension": dimension} for dimension in ("2d-array", "2d")
@@ -70,11 +76,7 @@ class MaterialPrograms:
                 {"binding": 2, "visibility": fragment, "texture": table},
             ]
         )
-        groups = [self.view_layout, self.map_layout]
-        self._backdrop_layout = device.create_pipeline_layout(bind_group_layouts=groups)
-        self._mesh_layout = device.create_pipeline_layout(bind_group_layouts=[*groups, self._material_layout])
-        self._module = device.create_shader_module(code=link("material_picture.wgsl"))
-        self._pipelines: dict[tuple[str, tuple[tuple[str, int], ...]], wgpu.GPURenderPipeline] = {}
+        self._pipelines: dict[tuple[str, bool, tuple[tuple[str, float], ...]], wgpu.GPURenderPipeline] = {}
         self._unused_map = create_env_map(device, CUBE, 1, 1, FULL)
         self._unused_table = self._table(np.zeros((1, 1, 3), np.float32))
 
@@ -87,7 +89,15 @@ class MaterialPrograms:
         instance: int = 0,
         double_sided: bool = False,
     ) -> None:
-        """Draws a mesh; its first two bind groups are set. Backs are black where it is not double-sided."""
+        """Draws a mesh; its first two bind groups are set. Backs are black where it is not double-sided.
+
+        Raises RefletError for materials that cannot be drawn within the map's geometry.
+        """
+        if env_map.is_near and (material.by_lobes or material.lookup is not None):
+            raise RefletError(
+                f"Measured materials and maps shown as they are know no places: a map whose geometry is a "
+                f"{env_map.geometry.kind} serves mirrors and glossy materials; give it the geometry infinite_sphere."
+            )
         constants = _map_constants(env_map)
         if double_sided:
             constants |= {"DOUBLE_SIDED": 1}
@@ -96,35 +106,45 @@ class MaterialPrograms:
         if material.lookup is not None:
             constants |= {"LOOKUP": int(material.lookup)}
         render_pass.set_bind_group(2, material.group)
-        render_pass.set_pipeline(self._pipeline("lobes" if material.by_lobes else "mesh", constants))
+        render_pass.set_pipeline(self._pipeline("lobes" if material.by_lobes else "mesh", env_map.is_near, constants))
         mesh.draw(render_pass, instance)
 
     def draw_backdrop(self, render_pass: wgpu.GPURenderPassEncoder, env_map: EnvMapTexture) -> None:
         """Draws the map behind everything; its first two bind groups are set."""
-        render_pass.set_pipeline(self._pipeline("backdrop", _map_constants(env_map)))
+        render_pass.set_pipeline(self._pipeline("backdrop", env_map.is_near, _map_constants(env_map)))
         render_pass.draw(3)
 
-    def _pipeline(self, what: str, constants: dict[str, int]) -> wgpu.GPURenderPipeline:
-        key = what, tuple(constants.items())
+    def _pipeline(self, what: str, near: bool, constants: dict[str, float]) -> wgpu.GPURenderPipeline:
+        key = what, near, tuple(constants.items())
         if key not in self._pipelines:
             mesh = what != "backdrop"
+            module = self._near_module if near else self._module
+            groups = [self.view_layout, self._map_layouts[near], *([self._material_layout] if mesh else [])]
             self._pipelines[key] = self._device.create_render_pipeline(
-                layout=self._mesh_layout if mesh else self._backdrop_layout,
+                layout=self._device.create_pipeline_layout(bind_group_layouts=groups),
                 vertex={
-                    "module": self._module,
+                    "module": module,
                     "entry_point": "vertex_material" if mesh else "vertex_backdrop",
                     "buffers": VERTEX_BUFFERS if mesh else [],
                 },
                 primitive={"topology": "triangle-list"},
                 depth_stencil=depth_state(backdrop=not mesh),
                 fragment={
-                    "module": self._module,
-                    "entry_point": f"material_{what}",
+                    "module": module,
+                    "entry_point": f"material_{what}{'_within' if near else ''}",
                     "constants": constants,
                     "targets": [{"format": self._format}],
                 },
             )
         return self._pipelines[key]
+
+    @cached_property
+    def _module(self) -> wgpu.GPUShaderModule:
+        return self._device.create_shader_module(code=link("material_picture.wgsl"))
+
+    @cached_property
+    def _near_module(self) -> wgpu.GPUShaderModule:
+        return self._device.create_shader_module(code=link("within.wgsl"))
 
     def map_group(
         self,
@@ -134,7 +154,8 @@ class MaterialPrograms:
         lod_bias: float = 0.0,
     ) -> wgpu.GPUBindGroup:
         """Bind group 1. ``roughness`` is that of lookups in a map whose levels are filtered for it."""
-        return env_map_group(self._device, self.map_layout, env_map, map_from_world, lod_bias, roughness)
+        near = env_map.is_near
+        return env_map_group(self._device, self._map_layouts[near], env_map, map_from_world, lod_bias, roughness, near)
 
     def material(self, material: SurfaceMaterial, diffuse_map: EnvMapTexture | None = None) -> DeviceMaterial:
         """Bind group 2. Materials that diffuse light need the diffuse map, of any parameterization."""
@@ -179,9 +200,11 @@ class MaterialPrograms:
         return texture
 
 
-def _map_constants(env_map: EnvMapTexture) -> dict[str, int]:
+def _map_constants(env_map: EnvMapTexture) -> dict[str, float]:
     constants = {"KIND": env_map.parameterization.kind, "BY_HARDWARE": int(env_map.by_hardware)}
-    return constants | ({"LEVELS_A_SIZE": env_map.levels_a_size} if env_map.levels_a_size > 1 else {})
+    if env_map.levels_a_size > 1:
+        constants["LEVELS_A_SIZE"] = env_map.levels_a_size
+    return constants | ({"GEOMETRY_KIND": float(pack(env_map.geometry)[0])} if env_map.is_near else {})
 
 
 def _packed(material: SurfaceMaterial) -> np.ndarray:
