@@ -3,23 +3,18 @@
 The room is one mesh with one texture. Everything follows from formulas, so the scene is the same on every machine.
 """
 
-import numpy as np
-
 from reflet.scene.assemble import assemble
 from reflet.scene.builtin import room_pictures as pictures
-from reflet.scene.builtin.atlas import pack
+from reflet.scene.builtin.furnisher import Furnisher, emitter
 from reflet.scene.builtin.newell import PARTS
 from reflet.scene.builtin.solids import Solid, box, cone, cylinder, join, quad, sphere
 from reflet.scene.builtin.teapot import teapot_mesh
-from reflet.scene.material import MIRROR, Material, Texture
-from reflet.scene.meshes.corners import weld
-from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.material import MIRROR
 from reflet.scene.scene import Part, Scene
 
 HALF_WIDTH, HALF_DEPTH, FLOOR, CEILING = 2.6, 2.2, -0.75, 2.05
 LAMP_RADIANCE = (9.0, 8.7, 8.1)
 WINDOW_RADIANCE = (4.2, 4.8, 5.6)
-_ATLAS_WIDTH = 2048
 
 
 def teapot_room() -> Scene:
@@ -27,16 +22,8 @@ def teapot_room() -> Scene:
 
     The table cloth lies at y = 0 and the teapot, 0.315 m high, stands in the origin.
     """
-    parts = [_room(), _emitter("lamp", _lamp(), LAMP_RADIANCE), _emitter("window", _panes(), WINDOW_RADIANCE)]
+    parts = [_room(), emitter("lamp", _lamp(), LAMP_RADIANCE), emitter("window", _panes(), WINDOW_RADIANCE)]
     return assemble([*parts, *(Part(name, teapot_mesh(name), MIRROR) for name in PARTS)])
-
-
-def _mesh(solid: Solid, uv: np.ndarray | None = None) -> Mesh:
-    return weld(solid.corners, solid.normals, uv)
-
-
-def _emitter(name: str, solid: Solid, radiance: tuple[float, float, float]) -> Part:
-    return Part(name, _mesh(solid), Material(name, base_color=(0.0, 0.0, 0.0), metallic=0.0, emission=radiance))
 
 
 def _lamp() -> Solid:
@@ -53,41 +40,16 @@ def _panes() -> Solid:
     return join(panes)
 
 
-class _Furnisher:
-    """Gathers solids and the pictures they wear."""
-
-    def __init__(self) -> None:
-        self.tiles: list[np.ndarray] = []
-        self.solids: list[Solid] = []
-
-    def tile(self, picture: pictures.Picture) -> int:
-        """The number of a picture in the atlas to come."""
-        self.tiles.append(np.rint(np.clip(picture, 0.0, 1.0) * 255.0).astype(np.uint8))
-        return len(self.tiles) - 1
-
-    def add(self, *solids: Solid) -> None:
-        """Puts solids into the room."""
-        self.solids.extend(solids)
-
-    def part(self) -> Part:
-        """Everything, as one mesh with one texture."""
-        atlas, rectangles = pack(self.tiles, _ATLAS_WIDTH)
-        solid = join(self.solids)
-        rectangle = rectangles[solid.tile]
-        mesh = _mesh(solid, rectangle[:, :2] + solid.uv * rectangle[:, 2:])
-        return Part("room", mesh, Material("room", metallic=0.0, base_color_texture_srgb=Texture(atlas, clamp=True)))
-
-
 def _room() -> Part:
-    room = _Furnisher()
+    room = Furnisher()
     _shell(room)
     _wall_pictures(room)
     _furniture(room)
     _table(room)
-    return room.part()
+    return room.part("room")
 
 
-def _shell(room: _Furnisher) -> None:
+def _shell(room: Furnisher) -> None:
     x, z, height = HALF_WIDTH, HALF_DEPTH, CEILING - FLOOR
     wide, deep = 640, 540  # texels along the walls: about 8 mm each
     high = 344
@@ -115,7 +77,7 @@ def _shell(room: _Furnisher) -> None:
     room.add(quad((-1.5, FLOOR + 0.01, -1.15), (3.0, 0, 0), (0, 0, 2.3), rug))
 
 
-def _wall_pictures(room: _Furnisher) -> None:
+def _wall_pictures(room: Furnisher) -> None:
     x, z = HALF_WIDTH - 0.02, HALF_DEPTH - 0.02
     paintings = {
         "rings": room.tile(pictures.framed(pictures.rings(210, 280, 3, 4, 3))),
@@ -148,7 +110,7 @@ def _wall_pictures(room: _Furnisher) -> None:
         room.add(box((frame_x - 0.03, 0.72, centre), (0.10, 2.0, 0.22), curtain))
 
 
-def _furniture(room: _Furnisher) -> None:
+def _furniture(room: Furnisher) -> None:
     case = room.tile(pictures.wood(128, 64, (0.42, 0.27, 0.15), 21))
     shelves = room.tile(pictures.books(400, 340, 5, 4))
     depth = 0.32
@@ -176,7 +138,7 @@ def _furniture(room: _Furnisher) -> None:
     )
 
 
-def _table(room: _Furnisher) -> None:
+def _table(room: Furnisher) -> None:
     top = room.tile(pictures.wood(400, 400, (0.50, 0.30, 0.17), 41, rings=16.0))
     rim = room.tile(pictures.wood(16, 512, (0.40, 0.23, 0.12), 42, rings=2.0))
     leg = room.tile(pictures.plain((0.26, 0.16, 0.10)))
