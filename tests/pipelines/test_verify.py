@@ -1,6 +1,7 @@
 """The measured rendering matrix against the analytic one."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from reflet.envmap.relief import Relief, inverse_chebyshev
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.pipelines.verify import verify
 from reflet.render.playback.coloring import coloring
+from reflet.render.playback.renderer import Renderer
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
@@ -50,19 +52,23 @@ def relief() -> Relief:
     return Relief(q, ROOM.lower, ROOM.upper, ROOM.origin)
 
 
-def ring_pem(parameterization: Parameterization, distant: Geometry = ROOM) -> ParameterizedEnvironmentMap:
-    """The ring with a distant and a local layer."""
+def ring_pem(
+    parameterization: Parameterization, distant: Geometry = ROOM, near: Geometry | None = None
+) -> ParameterizedEnvironmentMap:
+    """The ring with a distant and a local layer, and if asked a nearer shell."""
     mirror = Material(base_color=(0.65,) * 3, metallic=1.0, perceptual_roughness=0.0)
     scene = Scene((Part("ring", ring(), mirror, True),), (ReflectiveObject("ring", (0,)),))
+    shell = () if near is None else (Layer("near", "distant", (0,), near, 64, parameterization, end=0.6),)
     layers = (
-        Layer("distant", "distant", (0,), distant, 64, parameterization),
+        *shell,
+        Layer("distant", "distant", (0,), distant, 64, parameterization, begin=0.6 if shell else 0.0),
         Layer("local", "local", (0,), Ellipsoid((0, 0, 0), (0.45, 0.15, 0.45), (0, 0, 0)), 32, parameterization),
     )
     count = scene.triangle_offsets[-1]
     none = np.zeros(count, np.uint32)
     maps = [
-        EnvMap(layer.chain, np.ones((layer.chain.texel_count, channels), np.float32), layer.geometry)
-        for layer, channels in zip(layers, (3, 4), strict=True)
+        EnvMap(layer.chain, np.ones((layer.chain.texel_count, layer.channels), np.float32), layer.geometry)
+        for layer in layers
     ]
     return ParameterizedEnvironmentMap(
         scene=scene,
@@ -93,6 +99,27 @@ def test_reliefs_agree_too(name: str) -> None:
     found = verify(ring_pem(PARAMETERIZATIONS[name], relief()))
     assert found.agrees and "but for 0.2%" in str(found)  # searches that a rounding sends over the table's edge
     assert found.compared_share > 0.99
+
+
+def test_all_shells_are_verified() -> None:
+    """Of a PEM without viewpoints too; and a fault in the near one is found."""
+    pem = ring_pem(PARAMETERIZATIONS["cube"], ROOM, relief())
+    found = verify(pem)
+    assert found.agrees and found.compared_share > 0.99
+    colors = coloring(pem.layers[0].chain).color_count
+    assert found.test_renderings == (2 * colors + coloring(pem.layers[2].chain).color_count) * pem.sample_count
+    static = replace(
+        pem,
+        space=ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit),
+        layers=pem.layers[:2],
+        maps=[],
+        base=pem.maps[0][:2],
+    )
+    assert verify(static).agrees
+    # the renderer draws another near shell than the layer says
+    moved = replace(relief(), origin=(0.0, 0.15, 0.0))
+    other = replace(pem, layers=(replace(pem.layers[0], geometry=moved), *pem.layers[1:]))
+    assert not verify(pem, renderer=Renderer(other)).agrees
 
 
 @pytest.mark.parametrize(

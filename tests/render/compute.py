@@ -6,7 +6,7 @@ import numpy as np
 import wgpu
 
 from reflet.render.device.device import shared_device
-from reflet.render.device.textures import upload_relief
+from reflet.render.device.textures import upload_reliefs
 from reflet.render.playback.layouts import FRAME
 from reflet.shaders.link import link_text
 
@@ -16,13 +16,14 @@ def run(
     inputs: list[np.ndarray],
     floats_out: int,
     map_levels: Sequence[np.ndarray] | None = None,
-    relief: np.ndarray | None = None,
+    reliefs: Sequence[np.ndarray] | None = None,
 ) -> np.ndarray:
     """Runs ``code`` once for each row of the inputs, which are float32 of shape (n, k).
 
     ``code`` imports what it needs and is the body of a function that reads ``in0[k*i + …]``, ``in1[…]``, … and writes
     ``out[floats_out*i + …]``. ``map_levels``, mip levels as (layers, rows, columns, 4), are its ``maps``, a
-    texture_2d_array; ``relief``, (6, size, size) half floats, its ``relief``, a texture_cube, beside ``linear``.
+    texture_2d_array; ``reliefs``, each (6, size, size) half floats, its ``reliefs``, a texture_cube_array, beside
+    ``linear``.
     """
     device, count = shared_device(), len(inputs[0])
     declared = "".join(f"@group(2) @binding({k}) var<storage, read> in{k}: array<f32>;\n" for k in range(len(inputs)))
@@ -31,8 +32,8 @@ def run(
     body = "\n".join(line for line in lines if not line.startswith("#import"))
     if map_levels is not None:
         declared += f"@group(2) @binding({len(inputs) + 1}) var maps: texture_2d_array<f32>;\n"
-    if relief is not None:
-        declared += f"@group(2) @binding({len(inputs) + 1}) var relief: texture_cube<f32>;\n"
+    if reliefs is not None:
+        declared += f"@group(2) @binding({len(inputs) + 1}) var reliefs: texture_cube_array<f32>;\n"
         declared += f"@group(2) @binding({len(inputs) + 2}) var linear: sampler;\n"
     text = link_text(
         f"{imports}{declared}@group(2) @binding({len(inputs)}) var<storage, read_write> out: array<f32>;\n"
@@ -48,10 +49,10 @@ def run(
     entries = [{"binding": k, "resource": {"buffer": b}} for k, b in enumerate([*buffers, result])]
     if map_levels is not None:
         entries.append({"binding": len(entries), "resource": _texture(map_levels)})
-    if relief is not None:
+    if reliefs is not None:
         sampler = device.create_sampler(mag_filter="linear", min_filter="linear")
         entries += [
-            {"binding": len(entries), "resource": upload_relief(device, relief)},
+            {"binding": len(entries), "resource": upload_reliefs(device, reliefs)},
             {"binding": len(entries) + 1, "resource": sampler},
         ]
     encoder = device.create_command_encoder()

@@ -63,10 +63,11 @@ def test_relief(rays) -> None:  # type: ignore[no-untyped-def]
     #import relief
     let g = Geometry(vec4f(in2[0], in2[1], in2[2], in2[3]), vec4f(in2[4], in2[5], in2[6], in2[7]),
                      vec4f(in2[8], in2[9], in2[10], in2[11]));
-    out[i] = inverse_hit(g, relief, linear, vec3f(in0[3*i], in0[3*i+1], in0[3*i+2]),
+    out[i] = inverse_hit(g, reliefs, 1, linear, vec3f(in0[3*i], in0[3*i+1], in0[3*i+2]),
                          vec3f(in1[3*i], in1[3*i+1], in1[3*i+2]));
     """
-    shader = run(code, [p, r, pack(relief)[None]], 1, relief=relief.inverse_distance)[:, 0]
+    nothing = np.zeros_like(relief.inverse_distance)
+    shader = run(code, [p, r, pack(relief)[None]], 1, reliefs=[nothing, relief.inverse_distance])[:, 0]
     error = np.abs(shader - relief.inverse_hit(p.astype(float), r.astype(float)))
     # Ten roundings of float32 in numbers up to 3, magnified where the relief is steep and by each step of the search.
     assert np.percentile(error, 50) < 1e-6

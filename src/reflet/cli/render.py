@@ -10,7 +10,7 @@ from reflet.cli.progress import progress_bar
 
 @click.command(short_help="Draw one view of a PEM into a picture.")
 @pem_argument
-@click.option("--azimuth", type=float, help="Degrees; by default that of the first viewpoint.")
+@click.option("--azimuth", type=float, help="Degrees; by default that of the first viewpoint, or of the orbit.")
 @click.option("--elevation", type=click.FloatRange(-90, 90), help="Degrees; by default that of the baked orbit.")
 @click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
 @click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
@@ -53,7 +53,7 @@ def render(
         opened = open_pem(pem)
         progress("read", 1, 1)
     orbit = opened.space.orbit if size is None else replace(opened.space.orbit, image_size=size)
-    point = opened.space.points()[0]
+    point = next(iter(opened.space.points()), {})
     given = {"azimuth_deg": azimuth, "elevation_deg": elevation, "distance": distance}
     point.update({axis: value for axis, value in given.items() if value is not None})
     with progress_bar() as progress:

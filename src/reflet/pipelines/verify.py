@@ -64,14 +64,15 @@ def verify(
     variant: str = "llvm_ad_rgb",
     progress: ProgressCallback = silent,
 ) -> Verification:
-    """Compares the two rendering matrices of every layer at one sample of the parameter space.
+    """Compares the two rendering matrices of every layer at one sample of the parameter space, or at the orbit's own
+    point where it has none.
 
     The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws.
     """
     progress("prepare", 0, 3)
     renderer = renderer or Renderer(pem)
     progress("prepare", 1, 3)
-    camera = pem.space.camera(sample)
+    camera = pem.space.camera(sample) if pem.space.sample_count else pem.space.orbit.camera()
     tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
     progress("prepare", 2, 3)
     traced = tracer.view(camera, spp=1, sample_count=pem.sample_count).visibility

@@ -1,7 +1,7 @@
 // Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                         stages             contents
-//   0        uniform Frame, 1024 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
+//   0        uniform Frame, 1088 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
 //   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
@@ -11,9 +11,9 @@
 //
 // Tangents have glTF's handedness in w. Frame's bytes (offset: member):
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width
-//   112 ray_dy   124 height   128 sub_samples[16] (x, y, 0, 0)   384 blend[8] (weight, slot, 0, 0)   512 blend_count
-//   516 switches   520 zero   528 eye_rest   544 pixel_x   560 pixel_y   576 depth   592 pixel_x_rest
-//   608 pixel_y_rest   624 depth_rest; a *_rest is what float32 rounds off its namesake   640 map_from_world[8] (columns)
+//   112 ray_dy   124 height   128 sub_samples[16] (x, y, 0, 0)   384 blend[9] (weight, slot, 0, 0)   528 blend_count
+//   532 switches   536 zero   544 eye_rest   560 pixel_x   576 pixel_y   592 depth   608 pixel_x_rest
+//   624 pixel_y_rest   640 depth_rest; a *_rest is what float32 rounds off its namesake   656 map_from_world[9] (columns)
 
 struct Frame {
   clip_from_world: mat4x4f,       // reversed depth, infinite far plane: 1 near, 0 infinitely far; drawn with "greater"
@@ -26,9 +26,9 @@ struct Frame {
   ray_dy: vec3f,
   height: f32,
   sub_samples: array<vec4f, 16>,  // positions from a pixel's top left corner, in pixels
-  blend: array<vec4f, 8>,         // blended samples of the parameter space: weight, slot in the arrays of maps
+  blend: array<vec4f, 9>,         // blended samples of the parameter space: weight, slot in the arrays of maps; then BASE_MAP
   blend_count: u32,
-  switches: u32,                  // SHOW_* and OBJECT_ONLY bits
+  switches: u32,                  // SHOW_*, OBJECT_ONLY and HIDE_SHELL bits
   zero: u32,                      // always 0, see precise.wgsl
   eye_rest: vec3f,
   pixel_x: vec3f,                 // a point v from the eye lies at depth z = depth·v and pixel (pixel_x·v, pixel_y·v)/z:
@@ -37,7 +37,7 @@ struct Frame {
   pixel_x_rest: vec3f,
   pixel_y_rest: vec3f,
   depth_rest: vec3f,
-  map_from_world: array<mat3x3f, 8>,  // of blended samples: into the frames of their view-dependent maps
+  map_from_world: array<mat3x3f, 9>,  // of blended samples and the base: into the frames of their view-dependent maps
 }
 
 const SHOW_DIFFUSE = 1u;
@@ -46,12 +46,18 @@ const SHOW_DISTANT = 4u;
 const SHOW_LOCAL = 8u;
 const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radiance and coverage; the rest hides, unseen
 
+const HIDE_SHELL = 32u;           // the nearest; the bits of those behind it follow
+
+const BASE_MAP = 8u;              // the maps that serve every viewpoint, in `blend`: their share of the distant light, their slot
+
 const TRIANGLE_ON_HULL = 1u;      // the triangle's number in the scene follows from bit 1 on
 
-// Pipelines may be built for one setting of the switches and one number of blended samples, so that code which is off
-// costs nothing and loops are unrolled; else they are read from the uniform.
+// Pipelines may be built for one setting of the switches, one number of blended samples, and for frames that show nothing
+// of the base (0), something (1) or it alone (2), so that code which is off costs nothing and loops are unrolled; else they
+// are read from the uniform.
 override SWITCHES: u32 = 0xffffffffu;
 override BLEND_COUNT: u32 = 0xffffffffu;
+override BASE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> vertices: array<vec4f>;
@@ -72,4 +78,13 @@ fn view_ray(at: vec2f) -> vec3f {
 
 fn blend_count() -> u32 {
   return select(BLEND_COUNT, frame.blend_count, BLEND_COUNT == 0xffffffffu);
+}
+
+// Whether the base brings any of the distant light, and whether samples do.
+fn base_shown() -> bool {
+  return select(BASE > 0u, frame.blend[BASE_MAP].x > 0.0, BASE == 0xffffffffu);
+}
+
+fn samples_shown() -> bool {
+  return select(BASE < 2u, frame.blend[BASE_MAP].x < 1.0, BASE == 0xffffffffu);
 }

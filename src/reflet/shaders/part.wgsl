@@ -4,23 +4,22 @@
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
-//   0        uniform Part, 176 bytes                 fragment   geometries of its maps, material
+//   0        uniform Part, 304 bytes                 fragment   geometries of its maps, material
 //   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
 //   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
 //   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
 //   4        texture_2d<f32> rgba8unorm-srgb         fragment   emission, with mip levels (1x1 white if none)
 //   5        filtering sampler                       fragment   base colour: linear, repeating or clamping
 //   6        filtering sampler                       fragment   emission: linear, repeating or clamping
-//   7        texture_cube_array<f32> rgba16float     fragment   distant cubes, one resident sample a slot (1 black texel if none)
-//   8        texture_cube_array<f32> rgba16float     fragment   local cubes, the same samples in the same slots
+//   7        texture_cube_array<f32> rgba16float     fragment   distant cubes, a slot of shell_count cubes for each resident sample, and the base's
+//   8        texture_cube_array<f32> rgba16float     fragment   local cubes, the same samples in the same slots (1 black texel if none)
 //   9        filtering sampler                       fragment   cubes: linear in all three, clamping
-//   10       texture_2d_array<f32> rgba16float       fragment   distant maps that are no cubes: each face of each slot a layer
+//   10       texture_2d_array<f32> rgba16float       fragment   distant maps that are no cubes: each face of each of them a layer
 //   11       texture_2d_array<f32> rgba16float       fragment   local maps that are no cubes
-//   12       texture_cube<f32> r16float              fragment   relief of the distant maps (1 texel of 0 if none)
+//   12       texture_cube_array<f32> r16float        fragment   reliefs of the shells (1 texel of 0 if none)
 //
-// Part's bytes: 0 distant.geometry   48 distant.size   52 distant.max_lod   56 distant.parameterization
-//   64 local.geometry   112 local.size   116 local.max_lod   120 local.parameterization   128 base_color   140 metallic
-//   144 emission   156 normal_scale   160 bits   164 padding
+// Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
+//   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 padding
 
 struct Layer {
   geometry: Geometry,
@@ -29,14 +28,17 @@ struct Layer {
   parameterization: u32,  // its kind
 }
 
+const MOST_SHELLS = 3u;
+
 struct Part {
-  distant: Layer,
+  distant: array<Layer, MOST_SHELLS>,  // its shells, the nearest first
   local: Layer,
   base_color: vec3f,
   metallic: f32,
   emission: vec3f,
   normal_scale: f32,
   bits: u32,
+  shell_count: u32,
 }
 
 const PART_REFLECTIVE = 1u;
@@ -53,10 +55,13 @@ const PART_METAL = 1024u;         // metallic throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
 const PART_TEXTURES = 120u;       // any of the four
 
-// Pipelines may be built for one setting of a part's bits and for the kinds of its geometries and parameterizations, so that
-// code which is off costs nothing; else they are read from the uniform.
+// Pipelines may be built for one setting of a part's bits, for its number of shells and for the kinds of its geometries and
+// parameterizations, so that code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
-override DISTANT_KIND: f32 = -1.0;
+override SHELL_COUNT: u32 = 0xffffffffu;
+override DISTANT_KIND_0: f32 = -1.0;
+override DISTANT_KIND_1: f32 = -1.0;
+override DISTANT_KIND_2: f32 = -1.0;
 override LOCAL_KIND: f32 = -1.0;
 override DISTANT_PARAMETERIZATION: u32 = 0xffffffffu;
 override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
@@ -73,7 +78,7 @@ override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 @group(1) @binding(9) var cube_sampler: sampler;
 @group(1) @binding(10) var distant_maps: texture_2d_array<f32>;
 @group(1) @binding(11) var local_maps: texture_2d_array<f32>;
-@group(1) @binding(12) var distant_relief: texture_cube<f32>;
+@group(1) @binding(12) var reliefs: texture_cube_array<f32>;
 
 fn part_is(bit: u32) -> bool {
   return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;

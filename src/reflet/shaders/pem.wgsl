@@ -21,27 +21,56 @@ struct Lookup {
   lod: f32,
 }
 
+fn shell_count() -> u32 {
+  return select(SHELL_COUNT, part.shell_count, SHELL_COUNT == 0xffffffffu);
+}
+
+fn shell_shown(shell: u32) -> bool {
+  return shell < shell_count() && !switched_on(HIDE_SHELL << shell);
+}
+
+fn shell_kind(shell: u32) -> f32 {
+  let kind = select(select(DISTANT_KIND_0, DISTANT_KIND_1, shell == 1u), DISTANT_KIND_2, shell == 2u);
+  return select(kind, part.distant[shell].geometry.kind_a.x, kind < 0.0);
+}
+
 fn distant_parameterization() -> u32 {
-  return select(DISTANT_PARAMETERIZATION, part.distant.parameterization, DISTANT_PARAMETERIZATION == 0xffffffffu);
+  return select(DISTANT_PARAMETERIZATION, part.distant[0].parameterization, DISTANT_PARAMETERIZATION == 0xffffffffu);
 }
 
 fn local_parameterization() -> u32 {
   return select(LOCAL_PARAMETERIZATION, part.local.parameterization, LOCAL_PARAMETERIZATION == 0xffffffffu);
 }
 
-fn distant_lookup(m: Mirrors) -> Lookup {
-  let geometry = select(DISTANT_KIND, part.distant.geometry.kind_a.x, DISTANT_KIND < 0.0);
-  if (geometry == RELIEF) {
-    return relief_lookup(m);
+// Where each shell that is shown is looked up. Written out, as are those below: loops of other than constant length leak
+// memory on llvmpipe.
+fn distant_lookups(m: Mirrors) -> array<Lookup, MOST_SHELLS> {
+  var all: array<Lookup, MOST_SHELLS>;
+  if (shell_shown(0u)) {
+    all[0] = shell_lookup(0u, m);
   }
-  return layer_lookup(geometry, distant_parameterization(), part.distant, m);
+  if (shell_shown(1u)) {
+    all[1] = shell_lookup(1u, m);
+  }
+  if (shell_shown(2u)) {
+    all[2] = shell_lookup(2u, m);
+  }
+  return all;
+}
+
+fn shell_lookup(shell: u32, m: Mirrors) -> Lookup {
+  let kind = shell_kind(shell);
+  if (kind == RELIEF) {
+    return relief_lookup(shell, m);
+  }
+  return layer_lookup(kind, distant_parameterization(), part.distant[shell], m);
 }
 
 // The neighbours' rays are cut off where the sample's own meets the relief.
-fn relief_lookup(m: Mirrors) -> Lookup {
-  let layer = part.distant;
+fn relief_lookup(shell: u32, m: Mirrors) -> Lookup {
+  let layer = part.distant[shell];
   let origin = layer.geometry.origin.yzw;
-  let w = inverse_hit(layer.geometry, distant_relief, cube_sampler, m.p0, m.r0);
+  let w = inverse_hit(layer.geometry, reliefs, i32(shell), cube_sampler, m.p0, m.r0);
   let d = m.r0 + w * (m.p0 - origin);
   let dx = m.r1 + w * (m.p1 - origin);
   let dy = m.r2 + w * (m.p2 - origin);
@@ -61,14 +90,29 @@ fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) 
   return Lookup(d, map_lod(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
-// What blended sample k shows. The hardware filters cubes; other maps are filtered here, seamlessly.
-fn distant_texel(l: Lookup, k: u32) -> vec4f {
-  let slot = i32(frame.blend[k].y);
+// What blended sample k, or the base, shows: the shells, each over the next.
+fn distant_texel(all: array<Lookup, MOST_SHELLS>, k: u32) -> vec4f {
+  var seen = vec4f(0.0);
+  if (shell_shown(0u)) {
+    seen = shell_texel(0u, all[0], k);
+  }
+  if (shell_shown(1u)) {
+    seen += (1.0 - seen.a) * shell_texel(1u, all[1], k);
+  }
+  if (shell_shown(2u)) {
+    seen += (1.0 - seen.a) * shell_texel(2u, all[2], k);
+  }
+  return seen;
+}
+
+// The hardware filters cubes; other maps are filtered here, seamlessly.
+fn shell_texel(shell: u32, l: Lookup, k: u32) -> vec4f {
+  let map = i32(frame.blend[k].y) * i32(shell_count()) + i32(shell);
   let kind = distant_parameterization();
   if (kind == CUBE) {
-    return textureSampleLevel(distant_cubes, cube_sampler, l.direction, slot, l.lod);
+    return textureSampleLevel(distant_cubes, cube_sampler, l.direction, map, l.lod);
   }
-  return sample_map(kind, distant_maps, slot * face_count(kind), in_map(kind, l.direction, k), l.lod);
+  return sample_map(kind, distant_maps, map * face_count(kind), in_map(kind, l.direction, k), l.lod);
 }
 
 fn local_texel(l: Lookup, k: u32) -> vec4f {
@@ -80,7 +124,7 @@ fn local_texel(l: Lookup, k: u32) -> vec4f {
   return sample_map(kind, local_maps, slot * face_count(kind), in_map(kind, l.direction, k), l.lod);
 }
 
-// A direction in the frame of the map of blended sample k.
+// A direction in the frame of the map of blended sample k, or of the base.
 fn in_map(kind: u32, d: vec3f, k: u32) -> vec3f {
   if (kind == GAZING_BALL) {
     return frame.map_from_world[k] * d;
@@ -89,27 +133,34 @@ fn in_map(kind: u32, d: vec3f, k: u32) -> vec3f {
 }
 
 // L + (1 - alpha) D of every blended sample, then their weighted sum: each sample's distant map counts as far as that
-// sample truly saw past the object. [Hakura01, sec. 4] gives the compositing of one sample.
+// sample truly saw past the object. [Hakura01, sec. 4] gives the compositing of one sample. Of D the base brings its share,
+// the same for all samples, and all where there are none.
 fn incident_radiance(m: Mirrors, use_local: bool) -> vec3f {
   let use_distant = switched_on(SHOW_DISTANT);
+  let base_share = frame.blend[BASE_MAP].x;
   var near: Lookup;
   if (use_local) {
     near = local_lookup(m);
   }
-  var far: Lookup;
+  var far: array<Lookup, MOST_SHELLS>;
   if (use_distant) {
-    far = distant_lookup(m);
+    far = distant_lookups(m);
   }
   var sum = vec3f(0.0);
+  var past = select(0.0, 1.0, blend_count() == 0u);  // the share of the samples that see past the object
   for (var k = 0u; k < blend_count(); k++) {
     var seen = vec4f(0.0);
     if (use_local) {
       seen = local_texel(near, k);
     }
-    if (use_distant) {
-      seen += (1.0 - seen.a) * distant_texel(far, k);
+    past += frame.blend[k].x * (1.0 - seen.a);
+    if (use_distant && samples_shown()) {
+      seen += (1.0 - base_share) * (1.0 - seen.a) * distant_texel(far, k);
     }
     sum += frame.blend[k].x * seen.rgb;
+  }
+  if (use_distant && base_shown()) {
+    sum += base_share * past * distant_texel(far, BASE_MAP).rgb;
   }
   return sum;
 }

@@ -4,10 +4,16 @@
 // Programs that look into the picture's workings, one sub-sample a pixel: raw lookups, and visible triangles.
 
 fn blended_distant(m: Mirrors) -> vec4f {
-  let l = distant_lookup(m);
+  let all = distant_lookups(m);
+  let base_share = frame.blend[BASE_MAP].x;
   var sum = vec4f(0.0);
-  for (var k = 0u; k < blend_count(); k++) {
-    sum += frame.blend[k].x * distant_texel(l, k);
+  if (samples_shown()) {
+    for (var k = 0u; k < blend_count(); k++) {
+      sum += (1.0 - base_share) * frame.blend[k].x * distant_texel(all, k);
+    }
+  }
+  if (base_shown()) {
+    sum += base_share * distant_texel(all, BASE_MAP);
   }
   return sum;
 }
@@ -21,7 +27,8 @@ fn blended_local(m: Mirrors) -> vec4f {
   return sum;
 }
 
-// The distant map's four channels as the lookup gives them; 0 where nothing reflects.
+// The four channels of the distant maps, the shells composited; of one shell alone as the lookup gives them. 0 where nothing
+// reflects.
 @fragment
 fn probe_distant(in: Raster) -> @location(0) vec4f {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));

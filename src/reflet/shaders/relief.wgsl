@@ -8,29 +8,29 @@ const SETTLED = 3.814697265625e-6;  // of w, 2^-18: steps that small are roundin
 const STEP = 1.52587890625e-5; // of the limit, 2^-16: the first step up from the infinitely far
 
 // M(w) = max|d|·q(d) of d = r + w·a.
-fn relief_along(relief: texture_cube<f32>, linear: sampler, a: vec3f, r: vec3f, w: f32) -> f32 {
+fn relief_along(reliefs: texture_cube_array<f32>, k: i32, linear: sampler, a: vec3f, r: vec3f, w: f32) -> f32 {
   let d = r + w * a;
   let largest = max(abs(d.x), max(abs(d.y), abs(d.z)));
-  return largest * textureSampleLevel(relief, linear, d, 0.0).x;
+  return largest * textureSampleLevel(reliefs, linear, d, k, 0.0).x;
 }
 
-// w = 1/t of the hit of the unit ray r from p: the lookup direction is r + w·(p - origin).
-fn inverse_hit(g: Geometry, relief: texture_cube<f32>, linear: sampler, p: vec3f, r: vec3f) -> f32 {
+// w = 1/t of the hit of the unit ray r from p on relief k: the lookup direction is r + w·(p - origin).
+fn inverse_hit(g: Geometry, reliefs: texture_cube_array<f32>, k: i32, linear: sampler, p: vec3f, r: vec3f) -> f32 {
   let a = p - g.origin.yzw;
   let limit = g.floor_b.x;
   let t = box_exit(g, p, finite_slopes(r));
   var low = 0.0;
   var high = limit;
   var before = select(limit, 1.0 / t, t * limit > 1.0);
-  var m_before = relief_along(relief, linear, a, r, before);
+  var m_before = relief_along(reliefs, k, linear, a, r, before);
   if (m_before > before) {
     low = before;
   } else {
     high = before;
   }
   var w = min(m_before, limit);
-  for (var k = 1u; k < FETCHES; k++) {
-    let m = relief_along(relief, linear, a, r, w);
+  for (var fetch = 1u; fetch < FETCHES; fetch++) {
+    let m = relief_along(reliefs, k, linear, a, r, w);
     if (m > w) {
       low = max(low, w);
     } else {

@@ -1,5 +1,6 @@
 """Textures on the device: pictures with mip levels, arrays of maps."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -82,17 +83,19 @@ def create_map_array(
     )
 
 
-def upload_relief(device: wgpu.GPUDevice, inverse_distance: Float[np.ndarray, "6 size size"]) -> wgpu.GPUTextureView:
-    """The cube of a relief's half floats, as shaders search it."""
-    size = inverse_distance.shape[-1]
-    texture = device.create_texture(size=(size, size, 6), format="r16float", usage=_USAGE)
+def upload_reliefs(
+    device: wgpu.GPUDevice, inverse_distances: Sequence[Float[np.ndarray, "6 size size"]]
+) -> wgpu.GPUTextureView:
+    """The cubes of reliefs' half floats, all of one size, as shaders search them."""
+    size, layers = inverse_distances[0].shape[-1], 6 * len(inverse_distances)
+    texture = device.create_texture(size=(size, size, layers), format="r16float", usage=_USAGE)
     device.queue.write_texture(
         {"texture": texture},
-        np.ascontiguousarray(inverse_distance),
+        np.concatenate(inverse_distances),
         {"bytes_per_row": 2 * size, "rows_per_image": size},
-        (size, size, 6),
+        (size, size, layers),
     )
-    return texture.create_view(dimension="cube")
+    return texture.create_view(dimension="cube-array")
 
 
 def write_map(

@@ -9,7 +9,8 @@ import wgpu
 from jaxtyping import Float
 
 from reflet.envmap.geometry import pack
-from reflet.pem.pem import Layer
+from reflet.errors import RefletError
+from reflet.pem.pem import MOST_SHELLS, Layer
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
@@ -17,6 +18,7 @@ from reflet.scene.views.sample_pattern import sample_positions
 Shown = Literal["diffuse", "fresnel", "distant", "local"]
 SWITCHES: dict[Shown, int] = {"diffuse": 1, "fresnel": 2, "distant": 4, "local": 8}
 OBJECT_ONLY = 16
+HIDE_SHELL = 32  # the nearest; the others' bits follow
 
 TRIANGLE_ON_HULL = 1
 
@@ -25,15 +27,15 @@ BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE
 BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
 METAL, OFF_HULL = 1024, 2048
 
-LARGEST_BLEND = 8  # samples of the parameter space in one lookup
+LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
 FRAME = np.dtype(
     [
         ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("lod_bias", "f4"),
         ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
-        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND, 4)),
+        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND + 1, 4)),
         ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2), ("eye_rest", "f4", 4),
-        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)), ("map_from_world", "f4", (LARGEST_BLEND, 3, 4)),
+        ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)), ("map_from_world", "f4", (LARGEST_BLEND + 1, 3, 4)),
     ]
 )  # fmt: skip
 _LAYER = np.dtype(
@@ -41,8 +43,8 @@ _LAYER = np.dtype(
 )
 PART = np.dtype(
     [
-        ("distant", _LAYER), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
-        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("padding", "u4", 3),
+        ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
+        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"), ("padding", "u4", 2),
     ]
 )  # fmt: skip
 
@@ -52,15 +54,15 @@ _NEAR_SHARE = 1e-3
 
 @dataclass(frozen=True)
 class Blended:
-    """A sample of the parameter space as a frame shows it."""
+    """A sample of the parameter space as a frame shows it, or the base."""
 
     slot: int  # in the arrays of maps
-    weight: float
+    weight: float  # of the samples; the base's is its share of the distant light
     map_from_world: Float[np.ndarray, "3 3"]  # the frame of its view-dependent maps
 
 
 def frame_uniform(
-    camera: Camera, sample_count: int, lod_bias: float, blend: Sequence[Blended], switches: int
+    camera: Camera, sample_count: int, lod_bias: float, blend: Sequence[Blended], base: Blended, switches: int
 ) -> np.ndarray:
     """`FRAME` of a picture."""
     frame = np.zeros((), FRAME)
@@ -77,26 +79,37 @@ def frame_uniform(
     frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
     frame["width"], frame["height"] = camera.width, camera.height
     frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)
-    for k, each in enumerate(blend):
+    for k, each in (*enumerate(blend), (LARGEST_BLEND, base)):
         frame["blend"][k, :2] = each.weight, each.slot
         frame["map_from_world"][k, :, :3] = each.map_from_world.T  # by columns
     frame["blend_count"], frame["switches"] = len(blend), switches
     return frame
 
 
-def switch_bits(shown: Collection[Shown], object_only: bool) -> int:
-    """The frame's switches."""
-    return sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only
+def switch_bits(shown: Collection[Shown], object_only: bool, shells: Collection[int] | None) -> int:
+    """The frame's switches; ``shells`` are the numbers of the shells shown, all where None."""
+    strange = set(shells or ()) - set(range(MOST_SHELLS))
+    if strange:
+        raise RefletError(f"Shells have the numbers 0 to {MOST_SHELLS - 1}, the nearest first, not {min(strange)}.")
+    hidden = () if shells is None else set(range(MOST_SHELLS)) - set(shells)
+    bits = sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only
+    return bits + sum(HIDE_SHELL << shell for shell in hidden)
 
 
-def part_uniform(part: Part, distant: Layer | None, local: Layer | None) -> np.ndarray:
-    """`PART` of one part and the layers it looks up."""
+def base_state(share: float) -> int:
+    """What pipelines may take for granted of the base's share of the distant light: none, some, or all."""
+    return int(share > 0.0) + int(share >= 1.0)
+
+
+def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None) -> np.ndarray:
+    """`PART` of one part and the layers it looks up, the nearest shell first."""
     material, out = part.material, np.zeros((), PART)
-    for name, layer in (("distant", distant), ("local", local)):
-        if layer is not None:
-            out[name]["geometry"] = pack(layer.geometry)
-            out[name]["size"], out[name]["max_lod"] = layer.size, layer.chain.level_count - 1
-            out[name]["parameterization"] = layer.parameterization.kind
+    out["shell_count"] = len(shells)
+    places = [*zip(out["distant"], shells, strict=False), *([] if local is None else [(out["local"], local)])]
+    for place, layer in places:
+        place["geometry"] = pack(layer.geometry)
+        place["size"], place["max_lod"] = layer.size, layer.chain.level_count - 1
+        place["parameterization"] = layer.parameterization.kind
     out["base_color"], out["metallic"] = material.base_color, material.metallic
     out["emission"], out["normal_scale"] = material.emission, material.normal_scale
     bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * material.double_sided + HAS_LOCAL * (local is not None)
@@ -154,6 +167,6 @@ def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             sampler(9),
             texture(10, "2d-array"),
             texture(11, "2d-array"),
-            texture(12, "cube"),
+            texture(12, "cube-array"),
         ]
     )

@@ -1,6 +1,6 @@
 """Render passes: pipelines and the textures they draw into."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Literal
 
@@ -75,13 +75,15 @@ class Passes:
         entry_point: str,
         sub_sample: int,
         backdrop: bool,
-        switches: int,
-        blend_count: int,
+        constants: Mapping[str, float],
         frame_group: wgpu.GPUBindGroup,
         part_groups: Sequence[wgpu.GPUBindGroup],
         draws: Sequence[Draw],
     ) -> wgpu.GPUTexture:
-        """One pass over all parts, then the backdrop; the texture that holds the picture, one sample a pixel."""
+        """One pass over all parts, then the backdrop; the texture that holds the picture, one sample a pixel.
+
+        ``constants`` are those of the frame that pipelines are built for.
+        """
         colour, resolved, depth = self._attachments(target, entry_point)
         render_pass = encoder.begin_render_pass(
             color_attachments=[
@@ -106,20 +108,13 @@ class Passes:
         for item in draws:
             render_pass.set_bind_group(1, part_groups[item.part])
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
-            constants = {
-                "SWITCHES": switches,
-                "BLEND_COUNT": blend_count,
-                "PART_BITS": item.bits,
-                "DISTANT_KIND": item.distant_kind,
-                "LOCAL_KIND": item.local_kind,
-                "DISTANT_PARAMETERIZATION": item.distant_parameterization,
-                "LOCAL_PARAMETERIZATION": item.local_parameterization,
-            }
             cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
-            render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **constants))
+            built_for = {**constants, "PART_BITS": item.bits, **item.constants}
+            render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **built_for))
             render_pass.draw(*vertices)
             if cull == "back":
-                render_pass.set_pipeline(self._pipeline(program, f"picture_{rate}_back", "front", SWITCHES=switches))
+                back = self._pipeline(program, f"picture_{rate}_back", "front", SWITCHES=constants["SWITCHES"])
+                render_pass.set_pipeline(back)
                 render_pass.draw(*vertices)
         if backdrop:
             render_pass.set_pipeline(self._pipeline("backdrop.wgsl", f"backdrop_{rate}", "none"))

@@ -15,6 +15,7 @@ from reflet.render.playback.layouts import (
     SWITCHES,
     Blended,
     Shown,
+    base_state,
     frame_layout,
     frame_uniform,
     part_layout,
@@ -23,6 +24,7 @@ from reflet.render.playback.layouts import (
 from reflet.render.playback.passes import Passes, Target
 from reflet.render.playback.resident_maps import ResidentMaps
 from reflet.render.playback.scene_buffers import SceneBuffers
+from reflet.render.playback.stacks import stacks_of
 from reflet.scene.views.camera import Camera
 
 ALL_SHOWN: frozenset[Shown] = frozenset(SWITCHES)
@@ -31,7 +33,7 @@ ALL_SHOWN: frozenset[Shown] = frozenset(SWITCHES)
 class Renderer:
     """Draws one PEM. Maps go to the device when a picture needs them.
 
-    A PEM without local layers, or of one sample only, is drawn by the same rules: that is how plain, static env maps
+    A PEM without local layers, or of one sample or none, is drawn by the same rules: that is how plain, static env maps
     are shown.
     """
 
@@ -39,15 +41,18 @@ class Renderer:
         self, pem: ParameterizedEnvironmentMap, device: wgpu.GPUDevice | None = None, map_memory: int = 256 * 2**20
     ) -> None:
         """``map_memory`` bounds the maps on the device, in bytes."""
+        if pem.distant_layers and not len(pem.maps) and not pem.base:
+            raise RefletError("This PEM has neither viewpoints nor maps that serve all; bake it again.")
         self.pem = pem
+        self.stacks = stacks_of(pem.layers)
         self.device = device or shared_device()
         layouts = frame_layout(self.device), part_layout(self.device)
-        self._buffers = SceneBuffers(self.device, pem, *layouts)
+        self._buffers = SceneBuffers(self.device, pem, self.stacks, *layouts)
         self._passes = Passes(self.device, *layouts)
-        self._maps = ResidentMaps(self.device, pem.layers, pem.maps, map_memory)
+        self._maps = ResidentMaps(self.device, pem, self.stacks, map_memory)
         self._part_groups = self._buffers.part_groups(self._maps.arrays)
         self._target: Target | None = None
-        self._switches = self._blend_count = 0
+        self._constants: dict[str, float] = {}
 
     def frame(
         self,
@@ -58,6 +63,8 @@ class Renderer:
         layers: Collection[Shown] = ALL_SHOWN,
         what: Literal["picture", "object"] = "picture",
         point: Mapping[str, float] | None = None,
+        shells: Collection[int] | None = None,
+        base: float | None = None,
         multisampled: bool = False,
         exact: bool = True,
     ) -> Float32[np.ndarray, "height width 4"]:
@@ -65,7 +72,10 @@ class Renderer:
 
         ``samples`` a pixel (1, 4 or 16) are by default those that the maps were inferred for. ``blend`` mixes the maps
         around the camera's point of the parameter space, else the nearest are shown; ``point`` names another point.
-        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local".
+        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local"; ``shells``
+        are the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of
+        the distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0
+        shows the samples alone, 1 the base alone.
         The "object" is what fronts of reflective parts show, multiplied by its coverage. ``multisampled`` draws four
         samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
         interpolated by the rasterizer, which is faster, and a little different on every driver.
@@ -73,8 +83,8 @@ class Renderer:
         samples = samples or self.pem.sample_count
         if multisampled and samples != 4:
             raise RefletError(f"Multi-sampled pictures have 4 samples a pixel, not {samples}.")
-        switches = switch_bits(layers, what == "object")
-        self._write_frame(camera, samples, switches, self._blend(camera, blend, point))
+        switches = switch_bits(layers, what == "object", shells)
+        self._write_frame(camera, samples, switches, *self._blend(camera, blend, point, base, "local" in layers))
         backdrop = what == "picture" and self.pem.scene.environment is not None
         target = self._target_for(camera)
         entry_point = f"picture_{'multi' if multisampled else 'single'}{'' if exact else '_fast'}"
@@ -92,14 +102,18 @@ class Renderer:
         samples: int | None = None,
         blend: bool = True,
         point: Mapping[str, float] | None = None,
+        shells: Collection[int] | None = None,
+        base: float | None = None,
     ) -> Float32[np.ndarray, "height width 4"]:
-        """What one layer's maps alone say, without Fresnel: the mean over all sub-samples of their lookups.
+        """What the maps of one kind alone say, without Fresnel: the mean over all sub-samples of their lookups.
 
-        Distant lookups have alpha 1 (so alpha is the object's coverage), local ones are premultiplied and bring their
-        own alpha. Where nothing is looked up all four are 0.
+        Distant ones are the shells, each over the next, with alpha 1 (so alpha is the object's coverage) unless the
+        last is left out; local ones are premultiplied and bring their own alpha. Where nothing is looked up all four
+        are 0. ``point``, ``shells`` and ``base`` are those of `frame`.
         """
         samples = samples or self.pem.sample_count
-        self._write_frame(camera, samples, 0, self._blend(camera, blend, point))
+        shown = self._blend(camera, blend, point, base, kind == "local")
+        self._write_frame(camera, samples, switch_bits((), False, shells), *shown)
         target = self._target_for(camera)
         with self._passes.summing(target) as encoder:
             for k in range(samples):
@@ -110,7 +124,7 @@ class Renderer:
         self, camera: Camera, sample_count: int, sub_sample: int
     ) -> UInt32[np.ndarray, "height width"]:
         """1 + the number of the triangle that a sub-sample of each pixel sees, where it reflects; else 0."""
-        self._write_frame(camera, sample_count, 0, [])
+        self._write_frame(camera, sample_count, 0, [], self._base(0.0))
         target = self._target_for(camera)
         encoder = self.device.create_command_encoder()
         picture = self._draw(encoder, target, "probe.wgsl", "probe_triangle", sub_sample, False, self._part_groups)
@@ -124,12 +138,15 @@ class Renderer:
         sample_count: int,
         sub_sample: int,
         part_groups: Sequence[wgpu.GPUBindGroup],
+        shell: int = 0,
     ) -> Float32[np.ndarray, "height width 4"]:
-        """The four channels that one sub-sample of each pixel looks up in slot 0 of maps bound by `bind_maps`.
+        """The four channels that one sub-sample of each pixel looks up in slot 0 of maps bound by `bind_maps`, of
+        distant ones in one shell alone.
 
         View-dependent maps are those of the camera itself.
         """
-        self._write_frame(camera, sample_count, 0, [Blended(0, 1.0, camera.view_from_world())])
+        blend = [Blended(0, 1.0, camera.view_from_world())]
+        self._write_frame(camera, sample_count, switch_bits((), False, [shell]), blend, self._base(0.0))
         target = self._target_for(camera)
         encoder = self.device.create_command_encoder()
         picture = self._draw(encoder, target, "probe.wgsl", f"probe_{kind}", sub_sample, False, part_groups)
@@ -137,13 +154,20 @@ class Renderer:
         return self._passes.read(picture, np.float32)
 
     def bind_maps(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
-        """Part bind groups with other maps: one array for each of the PEM's layers."""
+        """Part bind groups with other maps: one array for each of ``stacks``."""
         return self._buffers.part_groups(arrays)
 
-    def _blend(self, camera: Camera, blend: bool, point: Mapping[str, float] | None) -> list[Blended]:
+    def _blend(
+        self, camera: Camera, blend: bool, point: Mapping[str, float] | None, share: float | None, local: bool
+    ) -> tuple[list[Blended], Blended]:
+        """The samples that a frame shows, with or without local maps, and the base."""
         space = self.pem.space
-        weights = space.blend_weights(space.orbit.point_of(camera) if point is None else point)
-        if not blend:
+        point = space.orbit.point_of(camera) if point is None else point
+        base = self._base(self.pem.base_share(point) if share is None else self._checked_share(share))
+        if base.weight >= 1.0 and not (local and any(stack.kind == "local" for stack in self.stacks)):
+            return [], base
+        weights = space.blend_weights(point)
+        if weights and not blend:
             weights = {max(weights, key=lambda sample: (weights[sample], -sample)): 1.0}
         if len(weights) > LARGEST_BLEND:
             raise RefletError(f"At most {LARGEST_BLEND} samples can be blended, not {len(weights)}; show the nearest.")
@@ -151,12 +175,26 @@ class Renderer:
         return [
             Blended(slot, weight, space.camera(sample).view_from_world())
             for slot, (sample, weight) in zip(slots, weights.items(), strict=True)
-        ]
+        ], base
 
-    def _write_frame(self, camera: Camera, samples: int, switches: int, blend: Sequence[Blended]) -> None:
-        data = frame_uniform(camera, samples, self.pem.lod_bias, blend, switches)
+    def _base(self, share: float) -> Blended:
+        return Blended(self._maps.base_slot, share, self.pem.space.orbit.camera().view_from_world())
+
+    def _checked_share(self, share: float) -> float:
+        least, most = float(not len(self.pem.maps)), float(bool(self.pem.base))
+        if not least <= share <= most:
+            raise RefletError(
+                f"The base of this PEM can have a share between {least:g} and {most:g} of the distant light, not "
+                f"{share}."
+            )
+        return share
+
+    def _write_frame(
+        self, camera: Camera, samples: int, switches: int, blend: Sequence[Blended], base: Blended
+    ) -> None:
+        data = frame_uniform(camera, samples, self.pem.lod_bias, blend, base, switches)
         self.device.queue.write_buffer(self._buffers.frame_uniform, 0, data.tobytes())
-        self._switches, self._blend_count = switches, len(blend)
+        self._constants = {"SWITCHES": switches, "BLEND_COUNT": len(blend), "BASE": base_state(base.weight)}
 
     def _target_for(self, camera: Camera) -> Target:
         size = camera.width, camera.height
@@ -175,7 +213,7 @@ class Renderer:
         part_groups: Sequence[wgpu.GPUBindGroup],
     ) -> wgpu.GPUTexture:
         return self._passes.draw(
-            encoder, target, program, entry_point, sub_sample, backdrop, self._switches, self._blend_count,
+            encoder, target, program, entry_point, sub_sample, backdrop, self._constants,
             self._buffers.frame_group, part_groups, self._buffers.draws,
         )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """The scene on the device: vertices, triangles, mesh colours, materials."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,9 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.relief import Relief
 from reflet.envmap.resampling.spread_light import HALF_MAX
-from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.render.device.textures import create_map_array, map_array_view, upload_picture, upload_relief
+from reflet.errors import RefletError
+from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
+from reflet.render.device.textures import create_map_array, map_array_view, upload_picture, upload_reliefs
 from reflet.render.playback.layouts import (
     DOUBLE_SIDED,
     FRAME,
@@ -21,6 +22,7 @@ from reflet.render.playback.layouts import (
     TRIANGLE_ON_HULL,
     part_uniform,
 )
+from reflet.render.playback.stacks import Stack
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
 
@@ -33,10 +35,7 @@ class Draw:
     first: int
     count: int
     bits: int
-    distant_kind: float
-    local_kind: float
-    distant_parameterization: int
-    local_parameterization: int
+    constants: Mapping[str, float]
 
     @property
     def double_sided(self) -> bool:
@@ -51,17 +50,18 @@ class SceneBuffers:
         self,
         device: wgpu.GPUDevice,
         pem: ParameterizedEnvironmentMap,
+        stacks: Sequence[Stack],
         frame_layout: wgpu.GPUBindGroupLayout,
         part_layout: wgpu.GPUBindGroupLayout,
     ) -> None:
         self._device, self._pem, self._part_layout = device, pem, part_layout
-        # the first layer counts; parts may be thousands
-        layers = reversed(list(enumerate(pem.layers)))
-        self._layers: dict[tuple[int, str], int] = {
-            (part, layer.kind): i for i, layer in layers for part in layer.parts
+        self._stacks = stacks
+        # parts may be thousands
+        self._stack_of_part: dict[tuple[int, str], int] = {
+            (part, stack.kind): i for i, stack in enumerate(stacks) for part in stack.parts
         }
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
-        self._reliefs: dict[int | None, wgpu.GPUTextureView] = {}
+        self._reliefs: dict[int | None, wgpu.GPUTextureView] = {}  # by stack
         self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
         self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
         self.frame_uniform = device.create_buffer(
@@ -92,10 +92,10 @@ class SceneBuffers:
         self.draws = sorted(draws, key=lambda draw: not draw.bits & REFLECTIVE)
 
     def part_groups(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
-        """The bind groups of all parts; ``arrays`` are the maps of the PEM's layers."""
+        """The bind groups of all parts; ``arrays`` are the maps of the stacks."""
         groups = []
         for i, part in enumerate(self._pem.scene.parts):
-            distant, local = (self.layer_of_part(i, kind) for kind in ("distant", "local"))
+            distant, local = (self._stack_of_part.get((i, kind)) for kind in ("distant", "local"))
             material = part.material
             base_color, emission = material.base_color_texture_srgb, material.emission_texture_srgb
             resources = [
@@ -111,46 +111,50 @@ class SceneBuffers:
                 self._samplers["clamp-to-edge"],
                 self._maps(arrays, distant, cubes=False),
                 self._maps(arrays, local, cubes=False),
-                self._relief(distant),
+                self._reliefs_of(distant),
             ]
             entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
             groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
         return groups
 
-    def layer_of_part(self, part: int, kind: str) -> int | None:
-        """Index of the layer of this kind that a part looks up."""
-        return self._layers.get((part, kind))
-
-    def _maps(self, arrays: Sequence[wgpu.GPUTexture], layer: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
-        """A layer's maps if they are cubes, or if they are not; else a map of one black texel."""
-        if layer is not None:
-            parameterization = self._pem.layers[layer].parameterization
+    def _maps(self, arrays: Sequence[wgpu.GPUTexture], stack: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
+        """A stack's maps if they are cubes, or if they are not; else a map of one black texel."""
+        if stack is not None:
+            parameterization = self._stacks[stack].chain.parameterization
             if (parameterization == CUBE) is cubes:
-                return map_array_view(arrays[layer], parameterization)
+                return map_array_view(arrays[stack], parameterization)
         return self._no_map.create_view(dimension="cube-array" if cubes else "2d-array")
 
-    def _relief(self, layer: int | None) -> wgpu.GPUTextureView:
-        """The relief of a layer, uploaded once; an infinitely far one where it has another geometry."""
-        if layer not in self._reliefs:
-            geometry = None if layer is None else self._pem.layers[layer].geometry
-            inverse = geometry.inverse_distance if isinstance(geometry, Relief) else np.zeros((6, 1, 1), np.float16)
-            self._reliefs[layer] = upload_relief(self._device, inverse)
-        return self._reliefs[layer]
+    def _reliefs_of(self, stack: int | None) -> wgpu.GPUTextureView:
+        """The reliefs of a stack, uploaded once; an infinitely far one where a layer has another geometry."""
+        if stack not in self._reliefs:
+            layers = [] if stack is None else [self._pem.layers[i] for i in self._stacks[stack].layers]
+            self._reliefs[stack] = upload_reliefs(self._device, _inverse_distances(layers))
+        return self._reliefs[stack]
+
+    def _layers_of(self, part: int, kind: str) -> list[Layer]:
+        """The layers of this kind that a part looks up, the nearest first."""
+        stack = self._stack_of_part.get((part, kind))
+        return [] if stack is None else [self._pem.layers[i] for i in self._stacks[stack].layers]
 
     def _part_uniform(self, part: int) -> np.ndarray:
-        indices = (self.layer_of_part(part, "distant"), self.layer_of_part(part, "local"))
-        layers = (None if i is None else self._pem.layers[i] for i in indices)
-        return part_uniform(self._pem.scene.parts[part], *layers)
+        local = self._layers_of(part, "local")
+        return part_uniform(self._pem.scene.parts[part], self._layers_of(part, "distant"), local[0] if local else None)
 
     def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
         first, end = self._pem.scene.triangle_offsets[part : part + 2]
         bits = int(data["bits"])
-        geometries = float(data["distant"]["geometry"][0]), float(data["local"]["geometry"][0])
-        parameterizations = int(data["distant"]["parameterization"]), int(data["local"]["parameterization"])
+        constants = {
+            "SHELL_COUNT": int(data["shell_count"]),
+            **{f"DISTANT_KIND_{shell}": float(data["distant"]["geometry"][shell, 0]) for shell in range(MOST_SHELLS)},
+            "LOCAL_KIND": float(data["local"]["geometry"][0]),
+            "DISTANT_PARAMETERIZATION": int(data["distant"]["parameterization"][0]),
+            "LOCAL_PARAMETERIZATION": int(data["local"]["parameterization"]),
+        }
         on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
         draws = [
-            Draw(part, first, on_hull, bits & ~HAS_LOCAL, *geometries, *parameterizations),
-            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, *geometries, *parameterizations),
+            Draw(part, first, on_hull, bits & ~HAS_LOCAL, constants),
+            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, constants),
         ]
         return [draw for draw in draws if draw.count]
 
@@ -169,6 +173,19 @@ class SceneBuffers:
 
     def _picture_sampler(self, texture: Texture | None) -> wgpu.GPUSampler:
         return self._samplers["clamp-to-edge" if texture is not None and texture.clamp else "repeat"]
+
+
+def _inverse_distances(layers: Sequence[Layer]) -> list[np.ndarray]:
+    """The reliefs of some layers, at least one; all 0, infinitely far, in place of other geometries."""
+    reliefs = [layer.geometry.inverse_distance for layer in layers if isinstance(layer.geometry, Relief)]
+    sizes = {relief.shape[-1] for relief in reliefs}
+    if len(sizes) > 1:
+        raise RefletError(
+            f"The reliefs of {', '.join(layer.name for layer in layers)} have {' and '.join(map(str, sorted(sizes)))} "
+            "rows, and have to be of one size; bake the PEM again."
+        )
+    none = np.zeros((6, *2 * (min(sizes, default=1),)), np.float16)
+    return [it.geometry.inverse_distance if isinstance(it.geometry, Relief) else none for it in layers] or [none]
 
 
 def _sampler(device: wgpu.GPUDevice, u: str, v: str) -> wgpu.GPUSampler:

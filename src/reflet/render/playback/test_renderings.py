@@ -7,6 +7,7 @@ pixel shows says which of them it was (`coloring`).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -42,6 +43,7 @@ def measured_rendering_matrices(
 ) -> tuple[dict[int, RenderingMatrix], int]:
     """The rendering matrices of all layers of a kind, by layer index, and how many renderings they were read off.
 
+    Shells are measured one by one, the others hidden: a matrix says what texels weigh before they are composited.
     Rows are those of the G-buffer of ``visibility``, whose sub-samples must be among those that the rasterizer sees;
     local lookups of triangles on the hull are left out. ``progress`` is told (done, total) renderings. Scratch memory:
     about 24 bytes a tap, 8 taps a lookup.
@@ -55,28 +57,33 @@ def measured_rendering_matrices(
             "not; try a software adapter, such as Mesa's lavapipe."
         )
     chosen = {i: _lookups(renderer, visibility, i) for i, layer in enumerate(pem.layers) if layer.kind == kind}
-    chains = {layer.chain for layer in pem.layers}
-    arrays = {chain: create_map_array(device, chain, 1, "rgba32float") for chain in chains}
-    groups = renderer.bind_maps([arrays[layer.chain] for layer in pem.layers])
+    maps = {stack.chain: max(len(it.layers) for it in renderer.stacks if it.chain == stack.chain)
+            for stack in renderer.stacks}  # fmt: skip
+    arrays = {chain: create_map_array(device, chain, count, "rgba32float") for chain, count in maps.items()}
+    groups = renderer.bind_maps([arrays[stack.chain] for stack in renderer.stacks])
     found: dict[int, list[tuple[np.ndarray, ...]]] = {i: [] for i in chosen}
     color_count = max(coloring(pem.layers[i].chain).color_count for i in chosen)
-    total = color_count * visibility.sample_count
+    shells = [stack.layers for stack in renderer.stacks if stack.kind == kind]
+    steps = list(product(range(max(map(len, shells))), range(visibility.sample_count)))
     for color in range(color_count):
         for chain in {pem.layers[i].chain for i in chosen}:
             if color < coloring(chain).color_count:
-                write_map(device, arrays[chain], 0, chain, coloring(chain).names(color))
-        for k in range(visibility.sample_count):
-            picture = renderer.raw_lookup(visibility.camera, kind, visibility.sample_count, k, groups).reshape(-1, 4)
-            for i, lookups in chosen.items():
-                known = coloring(pem.layers[i].chain)
+                names = coloring(chain).names(color)
+                for map_number in range(maps[chain]):
+                    write_map(device, arrays[chain], map_number, chain, names)
+        for step, (shell, k) in enumerate(steps):
+            picture = renderer.raw_lookup(visibility.camera, kind, visibility.sample_count, k, groups, shell)
+            for i in (layers[shell] for layers in shells if shell < len(layers)):
+                known, lookups = coloring(pem.layers[i].chain), chosen[i]
                 if color < known.color_count:
                     here = np.flatnonzero(lookups.sub_sample == k)
-                    lookup, texel, weight = _read_off(picture[lookups.pixel[here]], known, color)
+                    shown = picture.reshape(-1, 4)[lookups.pixel[here]]
+                    lookup, texel, weight = _read_off(shown, known, color)
                     found[i].append((lookups.row[here][lookup], texel, weight * lookups.share[here][lookup]))
-            progress(color * visibility.sample_count + k + 1, total)
+            progress(color * len(steps) + step + 1, color_count * len(steps))
     rows = len(np.unique(_row_keys(renderer, visibility)))
     matrices = {i: _matrix(entries, rows, pem.layers[i].chain.texel_count) for i, entries in found.items()}
-    return matrices, total
+    return matrices, color_count * len(steps)
 
 
 def _row_keys(renderer: Renderer, visibility: Visibility) -> np.ndarray:
