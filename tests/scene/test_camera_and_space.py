@@ -92,3 +92,30 @@ def test_the_pattern_starts_with_webgpus_four_and_is_stratified() -> None:
     assert apart.min() > 5.6 / 32
     with pytest.raises(RefletError):
         sample_positions(3)
+
+
+def test_displacement_from_the_sampled_range() -> None:
+    """The chord from the closest camera of the range over its distance from the target, as an angle."""
+    orbit = Orbit((0.3, 0.1, -0.2), 60.0, 20.0, 1.25)
+    ring = ParameterSpace((Axis("azimuth_deg", (50.0, 60.0, 70.0)),), orbit)
+    ten = np.degrees(2.0 * np.sin(np.radians(5.0)))  # the chord of 10°
+    for point, expected in (
+        ({"azimuth_deg": 60.0}, 0.0),
+        ({"azimuth_deg": 57.3}, 0.0),  # between samples
+        ({"azimuth_deg": -300.0}, 0.0),  # once around
+        ({"azimuth_deg": 55.0, "elevation_deg": 30.0}, ten),
+        ({"azimuth_deg": 55.0, "elevation_deg": 10.0}, ten),
+        ({"azimuth_deg": 80.0}, ten * np.cos(np.radians(20.0))),  # circles of latitude are smaller
+        ({"azimuth_deg": 60.0, "distance": 2.5}, np.degrees(1.0)),
+        ({"azimuth_deg": 60.0, "distance": 1.0}, np.degrees(0.2)),
+    ):
+        assert ring.displacement_deg(point) == pytest.approx(expected, abs=1e-9)
+    dome = ParameterSpace((*ring.axes, Axis("elevation_deg", (0.0, 40.0)), Axis("distance", (1.0, 2.0))), orbit)
+    inside = {"azimuth_deg": 66.0, "elevation_deg": 31.0, "distance": 1.7}
+    for changed, expected in (
+        ({}, 0.0),
+        ({"elevation_deg": 50.0}, ten),
+        ({"distance": 4.0}, np.degrees(1.0)),
+        ({"distance": 0.5}, np.degrees(0.5)),
+    ):
+        assert dome.displacement_deg({**inside, **changed}) == pytest.approx(expected, abs=1e-9)

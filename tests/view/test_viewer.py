@@ -21,10 +21,19 @@ from reflet.pem.container import save_pem
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
-ORBIT_VIEWS = 60  # more than the 42 that can be resident
+ORBIT_VIEWS = 60  # more than the 41 that can be resident beside the base
 
-# Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own.
-OTHERS = ("latlong", "dual_paraboloid", "gazing_ball", "relief")
+BETWEEN = {"azimuth_deg": 61.25}
+# Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own; shells, half faded to
+# their base; shells of another parameterization with a base alone.
+OTHERS = {
+    "latlong": BETWEEN,
+    "dual_paraboloid": BETWEEN,
+    "gazing_ball": BETWEEN,
+    "relief": BETWEEN,
+    "shells": {"azimuth_deg": 61.25, "elevation_deg": 27.0},
+    "static": {"azimuth_deg": 200.0, "elevation_deg": 40.0},
+}
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
     "home": {"samples": 16},
@@ -39,6 +48,9 @@ ARGUMENTS = {
     "far-round": {"samples": 4},  # many viewpoints: maps were evicted and fetched again on the way
     **{name: {"samples": 4} for name in OTHERS},
     "gazing_ball-multisampled": {"samples": 4, "multisampled": True, "exact": False},
+    "shells-multisampled": {"samples": 4, "multisampled": True, "exact": False},
+    "shells-far": {"samples": 4, "shells": [1]},
+    "shells-infinite-sphere": {"samples": 4},
 }
 
 
@@ -63,6 +75,18 @@ def relief_pem():
     return replace(pem, layers=(replace(pem.layers[0], geometry=relief), *pem.layers[1:]))
 
 
+def other_pem(name):
+    """One of `OTHERS`."""
+    match name:
+        case "relief":
+            return relief_pem()
+        case "shells":
+            return small_pem(shells=2)
+        case "static":
+            return small_pem(views=0, shells=3, parameterization=PARAMETERIZATIONS["dual_paraboloid"])
+    return small_pem(parameterization=PARAMETERIZATIONS[name])
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """(what the browser saw, folder of its frames, PEM folder, orbit's PEM folder)."""
@@ -71,14 +95,17 @@ def session(tmp_path_factory):
     save_pem(folder / "pem", small_pem())
     save_pem(folder / "orbit", orbit_pem())
     for name in OTHERS:
-        save_pem(
-            folder / name, relief_pem() if name == "relief" else small_pem(parameterization=PARAMETERIZATIONS[name])
-        )
+        save_pem(folder / name, other_pem(name))
     with ExitStack() as servers:
         address, orbit_address, *others = (
             servers.enter_context(viewer_server(folder / name)) for name in ("pem", "orbit", *OTHERS)
         )
-        by_name = json.dumps(dict(zip(OTHERS, others, strict=True)))
+        by_name = json.dumps(
+            {
+                name: {"address": where, "viewpoint": point}
+                for (name, point), where in zip(OTHERS.items(), others, strict=True)
+            }
+        )
         drive("viewer.mjs", address, orbit_address, folder, by_name)
     return json.loads((folder / "seen.json").read_text()), folder
 
@@ -105,7 +132,7 @@ def drawn(session):
             **seen["frames"][name],
             "arguments": arguments,
             "pem": pem_folder(name),
-            "infinite": name == "infinite-sphere",
+            "infinite": name.endswith("infinite-sphere"),
         }
         for name, arguments in ARGUMENTS.items()
     }
@@ -133,7 +160,7 @@ def test_each_step_changes_the_picture(session):
 def test_resident_maps_are_bounded(session):
     resident = [int(re.search(r"(\d+) of (\d+) viewpoints", text)[1]) for text in session[0]["resident"]]
     assert resident[0] < ORBIT_VIEWS / 2  # opens with the neighbourhood alone
-    assert max(resident) == 42  # fills the cube arrays, and no more
+    assert max(resident) == 41  # with the base fills the cube arrays, and no more
 
 
 def test_mouse_wheel_keys_and_fingers_move_the_camera(session):
@@ -159,25 +186,47 @@ def test_the_screen_shows_the_tone_mapped_frame(session):
     )  # half a step of rounding, the rest for float32 powers and exponentials
 
 
-def test_maps_are_laid_out_as_in_figure_5(session):
-    """Faces px nx py ny pz nz from left to right, each further level below at half the size."""
-    screen = np.asarray(Image.open(session[1] / "maps.png").convert("RGB"), np.float64) / 255.0
+def texels_on_screen(session, name, levels):
+    """(texel, pixel) of one texel of each face of a cube laid flat, its levels given finest first.
+
+    Faces px nx py ny pz nz from left to right, each further level below at half the size.
+    """
+    screen = np.asarray(Image.open(session[1] / f"{name}.png").convert("RGB"), np.float64) / 255.0
     height, width = screen.shape[:2]
     face = min(width / 6.5, height / 2.5)
     left, top = round((width - 6 * face) / 2), round((height - 2 * face) / 2)
-    env_map = small_pem().maps[0][1]  # the ball's local map, with alpha
-    for mip_level in range(3):
-        size, edge = env_map.chain.level_sizes[mip_level], face / 2**mip_level
+    for mip_level, faces in enumerate(levels):
+        size, edge = faces.shape[1], face / 2**mip_level
         y = top + 2 * face - 2 * edge
         for number in range(6):
             row, column = size // 4, size // 2
             at_x, at_y = left + (number + (column + 0.5) / size) * edge, y + (row + 0.5) / size * edge
-            value = env_map.level(mip_level)[number, row, column].astype(np.float16).astype(np.float64)
-            shown = srgb_display(value[:3])
-            # Behind transparent texels lies a board of 0.25 and 0.4.
-            low, high = (np.minimum(shown + (1 - value[3]) * board, 1.0) for board in (0.25, 0.4))
-            pixel = screen[int(at_y), int(at_x)]
-            assert (pixel > low - 1 / 255).all() and (pixel < high + 1 / 255).all(), (mip_level, number)  # 8-bit screen
+            texel = faces[number, row, column].astype(np.float16).astype(np.float64)
+            yield texel, screen[int(at_y), int(at_x)]
+
+
+def test_maps_are_laid_out_as_in_figure_5(session):
+    env_map = small_pem().maps[0][1]  # the ball's local map, with alpha
+    levels = [env_map.level(mip_level) for mip_level in range(3)]
+    for value, pixel in texels_on_screen(session, "maps", levels):
+        shown = srgb_display(value[:3])
+        # Behind transparent texels lies a board of 0.25 and 0.4.
+        low, high = (np.minimum(shown + (1 - value[3]) * board, 1.0) for board in (0.25, 0.4))
+        assert (pixel > low - 1 / 255).all() and (pixel < high + 1 / 255).all()  # 8-bit screen
+
+
+def test_maps_show_alpha_distance_and_what_serves_all_viewpoints(session):
+    pem = small_pem(shells=2)
+    near = pem.maps[1][0]  # 61.25° is nearer to 62° than to 60°
+    inverse = pem.layers[0].geometry.inverse_distance
+    expected = {
+        "alpha": [near.level(mip_level)[..., 3] for mip_level in range(3)],
+        "distance": [inverse / inverse.max().astype(float)],
+        "base": [srgb_display(pem.base[1].level(mip_level).astype(float)) for mip_level in range(3)],
+    }
+    for name, levels in expected.items():
+        for value, pixel in texels_on_screen(session, name, levels):
+            np.testing.assert_allclose(pixel, np.broadcast_to(value, 3), atol=1.5 / 255)  # 8-bit screen, half floats
 
 
 def test_what_cannot_be_shown_is_said(session):

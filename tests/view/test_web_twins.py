@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +139,45 @@ def test_samples_blend_alike(call):
             np.testing.assert_allclose([weight for _, weight in found], list(expected.values()), atol=1e-12)
             assert sorted(near) == list(range(len(near)))
             assert near[0] in expected  # the closest sample is one of those blended
+
+
+def test_spaces_without_samples_blend_none(call):
+    axes = [{"name": "azimuth_deg", "values": []}]
+    results = call(
+        [
+            ("maths/parameter-space", "blendWeights", [axes, {"azimuth_deg": 10.0}]),
+            ("maths/parameter-space", "samplesByDistance", [axes, {"azimuth_deg": 10.0}]),
+        ]
+    )
+    assert results == [[], []]
+
+
+def test_displacement_and_the_bases_share_are_alike(call):
+    """On the range, beside it, above it, farther away; on one, two and three axes."""
+    orbit = Orbit((0.1, 0.2, -0.3), 60.0, 22.0, 1.25)
+    described_orbit = {"target": orbit.target, "azimuthDeg": 60.0, "elevationDeg": 22.0, "distance": 1.25, "fovDeg": 36}
+    azimuth, elevation = Axis("azimuth_deg", (60.0, 62.0, 65.0)), Axis("elevation_deg", (10.0, 30.0))
+    random = np.random.default_rng(11)
+    points = [{"azimuth_deg": 62.5, "elevation_deg": 22.0, "distance": 1.25}] + [
+        {"azimuth_deg": a, "elevation_deg": e, "distance": d}
+        for a, e, d in zip(
+            random.uniform(-400, 400, 20), random.uniform(-60, 80, 20), random.uniform(0.5, 3, 20), strict=True
+        )
+    ]
+    for axes in ((azimuth,), (azimuth, elevation), (azimuth, elevation, Axis("distance", (1.0, 1.5)))):
+        space = ParameterSpace(axes, orbit)
+        written = [{"name": axis.name, "values": axis.values} for axis in axes]
+        found = call([("maths/parameter-space", "displacementDeg", [written, described_orbit, it]) for it in points])
+        np.testing.assert_allclose(found, [space.displacement_deg(point) for point in points], atol=1e-5)
+        assert found[0] < 1e-5 and max(found) > 30.0
+        pem = replace(small_pem(), space=space, fade_deg=150.0)
+        written_pem = {"axes": written, "orbit": described_orbit, "maps": [[]], "base": ["map"], "fadeDeg": 150.0}
+        shares = call([("scene/pem", "baseShare", [written_pem, point]) for point in points])
+        np.testing.assert_allclose(shares, [pem.base_share(point) for point in points], atol=1e-6)
+        assert len(set(shares)) > 5  # some between 0 and 1
+    cases = {"without samples": ({"maps": []}, 1), "without base": ({"base": []}, 0), "at once": ({"fadeDeg": 0}, 1)}
+    for changed, share in cases.values():
+        assert call([("scene/pem", "baseShare", [{**written_pem, **changed}, points[1]])]) == [share]
 
 
 def test_half_floats_round_alike(call):

@@ -1,6 +1,6 @@
 // Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER OTHERS.
-// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints, OTHERS (JSON: address by name) PEMs of other
-// parameterizations. Judging is tests/view/test_viewer.py's part.
+// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints, OTHERS (JSON: by name {address, viewpoint}) PEMs of
+// other kinds and where each is seen from. Judging is tests/view/test_viewer.py's part.
 
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -36,19 +36,21 @@ await withPage(async (page) => {
   await keep("home-multisampled", "multisampled");
 
   // The canvas alone: the picture at rest, and the maps laid flat.
-  await page.addStyleTag({ content: "body { background: none }" });
-  await viewer((element) => {
-    for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = "hidden";
-  });
-  await viewer((element) => element.settled());
-  await page.screenshot({ path: join(folder, "picture.png") });
-  await viewer((element) => element.configure({ view: "maps", layer: 1 }));
-  await viewer((element) => element.settled());
-  await page.screenshot({ path: join(folder, "maps.png") });
-  await viewer((element) => element.configure({ view: "picture" }));
-  await viewer((element) => {
-    for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = "";
-  });
+  const picture = async (name, settings) => {
+    await page.addStyleTag({ content: "body { background: none }" });
+    const show = (visibility) =>
+      viewer((element, value) => {
+        for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = value;
+      }, visibility);
+    await show("hidden");
+    await viewer((element, changed) => element.configure(changed), settings);
+    await viewer((element) => element.settled());
+    await page.screenshot({ path: join(folder, `${name}.png`) });
+    await viewer((element) => element.configure({ view: "picture" }));
+    await show("");
+  };
+  await picture("picture", {});
+  await picture("maps", { view: "maps", layer: 1 });
 
   // By mouse, wheel and keyboard.
   const { x, y, width: w, height: h } = await page.locator("canvas").boundingBox();
@@ -92,15 +94,26 @@ await withPage(async (page) => {
   await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite_sphere");
   await keep("infinite-sphere", 4);
 
-  // Other parameterizations, between two viewpoints; of the last the maps laid flat too.
-  for (const [name, where] of Object.entries(JSON.parse(others))) {
+  // Other kinds of PEMs.
+  for (const [name, { address: where, viewpoint: point }] of Object.entries(JSON.parse(others))) {
     await page.goto(where);
     await viewer((element) => element.ready);
-    await viewer((element) => {
-      element.viewpoint = { azimuth_deg: 61.25 };
-    });
+    await viewer((element, to) => {
+      element.viewpoint = to;
+    }, point);
     await keep(name, 4);
-    if (name === "gazing_ball") await keep(`${name}-multisampled`, "multisampled");
+    if (["gazing_ball", "shells"].includes(name)) await keep(`${name}-multisampled`, "multisampled");
+    if (name === "shells") {
+      await picture("alpha", { view: "maps", layer: 0, mapShows: "alpha" });
+      await picture("distance", { view: "maps", layer: 0, mapShows: "distance" });
+      await picture("base", { view: "maps", layer: 1, mapShows: "distance", mapOf: "base" }); // it has no relief
+      await page.getByRole("button", { name: "Settings" }).click();
+      await page.getByRole("checkbox", { name: "balls 0" }).uncheck();
+      await keep("shells-far", 4);
+      await page.getByRole("checkbox", { name: "balls 0" }).check();
+      await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite sphere, all shells");
+      await keep("shells-infinite-sphere", 4);
+    }
   }
 
   // Many viewpoints: all the way round, while maps come and go.

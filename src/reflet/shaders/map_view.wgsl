@@ -1,9 +1,10 @@
 #import tone
 
 // Program: one map laid flat, as in [Hakura01, Figure 5]: its faces from left to right, mip level 0 on top, each further level
-// half as large below. The sheet is two faces high. Draw three vertices.
+// half as large below: its radiance, its alpha, or distances, nearer ones brighter. The sheet is two faces high. Draw three
+// vertices.
 //
-//   bind group 0   0 uniform MapView, 32 bytes   1 texture_2d_array<f32>: the maps of one layer, an array layer for each face of each slot
+//   bind group 0   0 uniform MapView, 48 bytes   1 texture_2d_array<f32>: the maps of one layer, an array layer for each face of each slot
 
 struct MapView {
   origin: vec2f,     // pixel coordinates of the sheet's top left corner
@@ -13,7 +14,12 @@ struct MapView {
   slot: u32,
   level_count: u32,
   face_count: u32,
+  shows: u32,        // SHOWS_*
 }
+
+const SHOWS_RADIANCE = 0u;
+const SHOWS_ALPHA = 1u;
+const SHOWS_DISTANCE = 2u;  // inverse distances, times `exposure`
 
 @group(0) @binding(0) var<uniform> view: MapView;
 @group(0) @binding(1) var maps: texture_2d_array<f32>;
@@ -50,6 +56,12 @@ fn map_view(@builtin(position) position: vec4f) -> @location(0) vec4f {
   }
   let texel = min(vec2u(vec2f(fract(in_faces), on_row.y) * vec2f(size)), size - 1u);
   let value = textureLoad(maps, vec2i(texel), i32(view.slot * view.face_count + face), i32(level));
+  if (view.shows == SHOWS_ALPHA) {
+    return vec4f(vec3f(value.a), 1.0);
+  }
+  if (view.shows == SHOWS_DISTANCE) {
+    return vec4f(vec3f(value.r * view.exposure), 1.0);
+  }
   // The board stands for a display value; compositing happens in display values, where it shows evenly.
   return vec4f(tone_mapped(value.rgb * view.exposure, view.curve) + (1.0 - value.a) * board(position.xy), 1.0);
 }

@@ -6,7 +6,7 @@
 //
 //   binding  resource                     stages     contents
 //   4        uniform Geometry, 48 bytes   fragment
-//   5        texture_cube<f32>            fragment   a relief's inverse distances; for other geometries one texel
+//   5        texture_cube_array<f32>      fragment   a relief's inverse distances; for other geometries one texel
 
 override GEOMETRY_KIND: f32 = 0.0;
 

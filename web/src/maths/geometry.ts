@@ -45,12 +45,14 @@ export function pack(geometry: Geometry): number[] {
   }
 }
 
-/** `Relief.limit`. Half floats that are not negative order like their bits. */
-function limit({ inverseDistance }: Relief): number {
+/** `Relief.limit`. */
+const limit = (relief: Relief): number => LIMIT * Math.max(nearestInverse(relief), 1e-30);
+
+/** The largest inverse distance. Half floats that are not negative order like their bits. */
+export function nearestInverse({ inverseDistance }: Relief): number {
   const bits = inverseDistance.reduce((most, next) => Math.max(most, next), 0);
   const [exponent, mantissa] = [bits >> 10, bits & 1023];
-  const largest = exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa;
-  return LIMIT * Math.max(largest, 1e-30);
+  return exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa;
 }
 
 const ROUND = Math.cbrt(6 / Math.PI); // half the edge of a cube times this is the radius of the ball of its volume

@@ -1,5 +1,8 @@
 // Which samples of the parameter space a view needs: twin of reflet.scene.views.parameter_space.
 
+import { type Orbit, positionAt, type ViewPoint } from "./camera";
+import { length, subtract } from "./vectors";
+
 export interface Axis {
   readonly name: string;
   readonly values: readonly number[];
@@ -28,8 +31,25 @@ export function pointOfSample(axes: readonly Axis[], sample: number): Point {
   return point;
 }
 
-/** Multilinear weights of the samples around a point, all positive; their sum is 1. */
+/**
+ * How far a point's camera stands from the sampled range: the distance between it and the camera of the closest point of
+ * the range, over that one's distance from the target, as an angle. Needs samples.
+ */
+export function displacementDeg(axes: readonly Axis[], orbit: Orbit, point: ViewPoint): number {
+  const closest: Record<string, number> = {};
+  for (const axis of axes) {
+    const [first, last] = [axis.values[0] as number, axis.values.at(-1) as number];
+    closest[axis.name] = Math.min(Math.max(coordinate(axis, { ...point }), first), last);
+  }
+  const own = { azimuth_deg: orbit.azimuthDeg, elevation_deg: orbit.elevationDeg, distance: orbit.distance };
+  const there = positionAt(orbit, { ...own, ...closest });
+  const gap = length(subtract(positionAt(orbit, point), there));
+  return ((gap / length(subtract(there, orbit.target))) * 180) / Math.PI;
+}
+
+/** Multilinear weights of the samples around a point, all positive; their sum is 1. None where there are no samples. */
 export function blendWeights(axes: readonly Axis[], point: Point): Map<number, number> {
+  if (axes.some(({ values }) => values.length === 0)) return new Map();
   let corners: { sample: number; weight: number }[] = [{ sample: 0, weight: 1 }];
   for (const axis of axes) {
     const { values } = axis;
@@ -53,9 +73,11 @@ export function blendWeights(axes: readonly Axis[], point: Point): Map<number, n
   return new Map(corners.map((corner) => [corner.sample, corner.weight]));
 }
 
-/** The one sample to show when nothing is blended: that of the largest weight, the first of equals. */
-export function nearestSample(weights: ReadonlyMap<number, number>): number {
-  return [...weights].reduce((best, next) => (next[1] > best[1] ? next : best))[0];
+/** The one sample to show when nothing is blended, if any: that of the largest weight, the first of equals. */
+export function nearestAlone(weights: ReadonlyMap<number, number>): Map<number, number> {
+  const [first, ...rest] = weights;
+  if (first === undefined) return new Map();
+  return new Map([[rest.reduce((best, next) => (next[1] > best[1] ? next : best), first)[0], 1]]);
 }
 
 /** All samples, the closest to a point first; distances count in steps of each axis. */

@@ -32,6 +32,13 @@ export const segments = (name: string, legend: string, values: Choices): string 
     ${values.map(([value, label]) => `<label><input type="radio" name="${name}" value="${value}" /><span>${label}</span></label>`).join("")}
   </fieldset>`;
 
+/** Boxes to check, by name; labels may be anyone's. */
+export const checks = (legend: string, values: Choices): string => `
+  <fieldset class="checks">
+    <legend>${legend}</legend>
+    ${values.map(([name, label]) => `<label><input type="checkbox" name="${name}" /><span>${escapeHtml(label)}</span></label>`).join("")}
+  </fieldset>`;
+
 /** A list to choose from; `attributes` are the row's. */
 export const chooser = (name: string, label: string, values: Choices, attributes = ""): string =>
   `<label class="row" ${attributes}><span>${label}</span><select name="${name}">${options(values)}</select></label>`;

@@ -2,39 +2,82 @@
 
 import { KINDS } from "../maths/geometry";
 import { TONE_CURVES } from "../maths/tone";
-import type { Pem } from "../scene/pem";
+import { type Layer, MAP_SHOWS, type Pem } from "../scene/pem";
+import { stacksOf } from "../scene/stacks";
 import { Form } from "./form";
-import { chooser, exposureSlider, segments, slider, words } from "./markup";
+import { checks, chooser, exposureSlider, segments, slider, words } from "./markup";
 import type { Settings } from "./settings";
 
-const template = (pem: Pem): string => `
+const LAYERS = ["distant", "local", "diffuse", "fresnel"] as const;
+
+/** The shells of each object, the nearest first. */
+const shellsOf = (pem: Pem): Layer[][] =>
+  stacksOf(pem.layers)
+    .filter(({ kind }) => kind === "distant")
+    .map(({ layers }) => layers.map((layer) => pem.layers[layer] as Layer));
+
+/** What the boxes say: the name of each shell, of several objects those of all. */
+function shellNames(pem: Pem): string[] {
+  const objects = shellsOf(pem);
+  const most = Math.max(0, ...objects.map((shells) => shells.length));
+  return Array.from({ length: most }, (_, shell) =>
+    [...new Set(objects.flatMap((shells) => shells[shell]?.name ?? []))].join(", "),
+  );
+}
+
+/** "relief and box": the kinds of the first object's shells. */
+const bakedKinds = (pem: Pem): string =>
+  words(
+    shellsOf(pem)[0]
+      ?.map(({ geometry }) => geometry.kind)
+      .join(" and ") ?? "none",
+  );
+
+const labelOf = ({ name, kind }: Layer): string => (name.includes(kind) ? name : `${name}, ${kind}`);
+
+const template = (pem: Pem): string => {
+  const shells = shellNames(pem);
+  const maps = pem.layers.flatMap((layer, k): [string, string][] =>
+    pem.maps.length > 0 || layer.kind === "distant" ? [[String(k), labelOf(layer)]] : [],
+  );
+  const sources = [
+    ["viewpoint", "Viewpoint"],
+    ["base", "All viewpoints"],
+  ] as const;
+  return `
   ${segments("view", "View", [
     ["picture", "Picture"],
     ["maps", "Maps"],
   ])}
-  ${chooser(
-    "layer",
-    "Map",
-    pem.layers.map((layer, k) => [
-      String(k),
-      layer.name.includes(layer.kind) ? layer.name : `${layer.name}, ${layer.kind}`,
-    ]),
-    'data-for="maps"',
-  )}
+  <div data-for="maps">
+    ${chooser("layer", "Map", maps)}
+    ${pem.maps.length > 0 && pem.base.length > 0 ? segments("mapOf", "Made for", sources) : ""}
+    ${segments(
+      "mapShows",
+      "Shows",
+      MAP_SHOWS.map((name) => [name, `${name.charAt(0).toUpperCase()}${name.slice(1)}`]),
+    )}
+  </div>
   <div data-for="picture">
     ${segments("blend", "Viewpoints", [
       ["blended", "Blended"],
       ["nearest", "Nearest"],
     ])}
-    <fieldset class="checks">
-      <legend>Layers</legend>
-      ${(["distant", "local", "diffuse", "fresnel"] as const)
-        .map((name) => `<label><input type="checkbox" name="${name}" /><span>${name}</span></label>`)
-        .join("")}
-    </fieldset>
+    ${checks(
+      "Layers",
+      LAYERS.map((name) => [name, name]),
+    )}
+    ${
+      shells.length > 1
+        ? checks(
+            "Shells, the nearest first",
+            shells.map((name, shell) => [`shell-${shell}`, name]),
+          )
+        : ""
+    }
     ${chooser("geometry", "Geometry", [
-      ["baked", `as baked: ${words(pem.layers.find((layer) => layer.kind === "distant")?.geometry.kind ?? "none")}`],
-      ...KINDS.map((kind) => [kind, words(kind)] as const),
+      ["baked", `as baked: ${bakedKinds(pem)}`],
+      ...KINDS.map((kind) => [kind, shells.length > 1 ? `${words(kind)}, all shells` : words(kind)] as const),
     ])}
     ${slider("growth", "Its size", -2, 2, 0.05)}
   </div>
@@ -45,10 +88,11 @@ const template = (pem: Pem): string => `
     TONE_CURVES.map((curve) => [curve, curve]),
   )}
   <button type="button" class="home">Return to the orbit</button>`;
+};
 
 export class Panel extends Form {
   constructor(
-    pem: Pem,
+    private readonly pem: Pem,
     private readonly settings: Settings,
     onChange: () => void,
     onHome: () => void,
@@ -61,10 +105,13 @@ export class Panel extends Form {
     const { settings } = this;
     this.radio("view", settings.view);
     this.radio("blend", settings.blend ? "blended" : "nearest");
-    for (const name of ["distant", "local", "diffuse", "fresnel"] as const) {
-      this.input(name).checked = settings.shown[name];
-    }
+    for (const name of LAYERS) this.input(name).checked = settings.shown[name];
+    for (const [input, shell] of this.shells) input.checked = !settings.hiddenShells.includes(shell);
     this.input("layer").value = String(settings.layer);
+    if (this.input("mapOf")) this.radio("mapOf", settings.mapOf);
+    this.radio("mapShows", settings.mapShows);
+    const distance = this.element.querySelector('[name="mapShows"][value="distance"]') as HTMLInputElement;
+    distance.disabled = this.pem.layers[settings.layer]?.geometry.kind !== "relief"; // radiance is shown then
     this.input("geometry").value = settings.geometry;
     this.input("curve").value = settings.curve;
     this.showExposure(settings.exposure);
@@ -79,11 +126,20 @@ export class Panel extends Form {
     const data = new FormData(this.element);
     settings.view = data.get("view") as Settings["view"];
     settings.blend = data.get("blend") === "blended";
-    for (const name of ["distant", "local", "diffuse", "fresnel"] as const) settings.shown[name] = data.has(name);
+    for (const name of LAYERS) settings.shown[name] = data.has(name);
+    settings.hiddenShells = this.shells.filter(([input]) => !input.checked).map(([, shell]) => shell);
     settings.layer = Number(data.get("layer"));
+    settings.mapOf = (data.get("mapOf") ?? settings.mapOf) as Settings["mapOf"];
+    settings.mapShows = (data.get("mapShows") ?? settings.mapShows) as Settings["mapShows"];
     settings.geometry = data.get("geometry") as Settings["geometry"];
     settings.growth = 2 ** this.number("growth");
     settings.exposure = this.exposure;
     settings.curve = data.get("curve") as Settings["curve"];
+  }
+
+  /** The boxes of the shells, none where there is but one. */
+  private get shells(): [HTMLInputElement, number][] {
+    const boxes = this.element.querySelectorAll<HTMLInputElement>('[name^="shell-"]');
+    return [...boxes].map((input, shell) => [input, shell]);
   }
 }

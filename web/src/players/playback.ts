@@ -2,14 +2,15 @@
 
 import { sceneBounds } from "../files/gltf";
 import type { PictureSum } from "../gpu/device/picture-sum";
-import { Renderer, type View } from "../gpu/playback/renderer";
+import { Renderer } from "../gpu/playback/renderer";
 import { ResidentMaps } from "../gpu/playback/resident-maps";
+import type { View } from "../gpu/playback/view";
 import type { Camera } from "../maths/camera";
 import { asKind } from "../maths/geometry";
-import { blendWeights, nearestSample, samplesByDistance } from "../maths/parameter-space";
+import { blendWeights, nearestAlone, samplesByDistance } from "../maths/parameter-space";
 import { Panel } from "../panels/panel";
 import { defaultSettings, type Settings } from "../panels/settings";
-import type { Pem } from "../scene/pem";
+import { baseShare, type Pem } from "../scene/pem";
 import { type Listener, Player } from "./player";
 
 export class Playback extends Player {
@@ -48,7 +49,7 @@ export class Playback extends Player {
   }
 
   override stop(): void {
-    if (this.started) this.maps.wish([]);
+    if (this.started) this.maps.stop();
     super.stop();
   }
 
@@ -59,7 +60,7 @@ export class Playback extends Player {
   }
 
   get complete(): boolean {
-    return [...this.wanted().keys()].every((sample) => this.maps.has(sample));
+    return this.maps.hasBase && [...this.wanted().keys()].every((sample) => this.maps.has(sample));
   }
 
   protected get sum(): PictureSum {
@@ -82,19 +83,20 @@ export class Playback extends Player {
   protected override drawMoving(): boolean {
     this.maps.wish(this.byDistance());
     if (this.settings.view !== "maps") return super.drawMoving();
-    const [nearest] = this.maps.shown(new Map([[nearestSample(this.wanted()), 1]]), this.byDistance());
-    if (nearest === undefined) return false;
+    const slot = this.mapSlot();
+    if (slot === undefined) return false;
     const { width, height } = this.fullSize();
     const free = Math.max(1 - this.covered / this.canvas.clientWidth, 0.2) * width;
     const screen = this.screen(width, height);
-    this.renderer.displayMap(screen, this.settings, this.settings.layer, nearest.slot, free, height);
+    const { layer, mapShows } = this.settings;
+    this.renderer.displayMap(screen, this.settings, layer, slot, mapShows, free, height);
     this.listener.shown();
     return false;
   }
 
   protected drawMultisampled(camera: Camera): boolean {
     const view = this.view(camera);
-    if (view.blend.length === 0) return false; // nothing has arrived yet
+    if (view.blend.length === 0 && view.base.weight === 0) return false; // nothing has arrived yet
     this.renderer.drawMultisampled(view);
     return true;
   }
@@ -105,18 +107,45 @@ export class Playback extends Player {
 
   protected facts(): string[] {
     const megabytes = Math.ceil(this.maps.bytes / 2 ** 20);
-    return [`${this.maps.residentCount} of ${this.pem.maps.length} viewpoints here, ${megabytes} MB`];
+    if (this.pem.maps.length === 0) return [`Maps for all viewpoints, ${megabytes} MB`];
+    const { length } = this.pem.base;
+    return [
+      `${this.maps.residentCount} of ${this.pem.maps.length} viewpoints here, ${megabytes} MB`,
+      ...(length > 0 ? [`${Math.round(100 * this.share)} % from the maps for all viewpoints`] : []),
+    ];
   }
 
   /** A map that came ahead of its time changes nothing yet. */
-  private arrived(sample: number): void {
-    if (this.wanted().has(sample) || !this.complete) this.invalidate();
+  private arrived(sample: number | undefined): void {
+    if (sample === undefined || this.wanted().has(sample) || !this.complete) this.invalidate();
     else this.tellStatus();
   }
 
+  /** Where the base is all that is shown, no sample is. */
   private wanted(): Map<number, number> {
-    const weights = blendWeights(this.pem.axes, { ...this.point });
-    return this.settings.blend ? weights : new Map([[nearestSample(weights), 1]]);
+    const local = this.settings.shown.local && this.pem.layers.some(({ kind }) => kind === "local");
+    if (this.share === 1 && !local) return new Map();
+    const weights = this.weights();
+    return this.settings.blend ? weights : nearestAlone(weights);
+  }
+
+  private weights(): Map<number, number> {
+    return blendWeights(this.pem.axes, { ...this.point });
+  }
+
+  /** The base's share of the distant light. */
+  private get share(): number {
+    return baseShare(this.pem, this.point);
+  }
+
+  /** The slot of the map that is laid flat, if it is here: the nearest that is, or the base. */
+  private mapSlot(): number | undefined {
+    const { layer, mapOf } = this.settings;
+    const ofBase = this.pem.base.length > 0 && this.pem.layers[layer]?.kind === "distant";
+    if (ofBase && (mapOf === "base" || this.pem.maps.length === 0)) {
+      return this.maps.hasBase ? this.maps.base(1).slot : undefined;
+    }
+    return this.maps.shown(nearestAlone(this.weights()), this.byDistance())[0]?.slot;
   }
 
   private byDistance(): number[] {
@@ -124,6 +153,10 @@ export class Playback extends Player {
   }
 
   private view(camera: Camera): View {
-    return { camera, blend: this.maps.shown(this.wanted(), this.byDistance()), shown: this.settings.shown };
+    // Until the samples are here the base stands for them, alone.
+    const away = this.pem.base.length > 0 && this.maps.hasBase ? 1 : 0;
+    const base = this.maps.base(this.complete ? this.share : away);
+    const { shown, hiddenShells } = this.settings;
+    return { camera, blend: this.maps.shown(this.wanted(), this.byDistance()), base, shown, hiddenShells };
   }
 }

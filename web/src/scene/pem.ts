@@ -1,9 +1,9 @@
 // Opens a PEM's folder over HTTP: everything but its maps. FORMAT.md describes the files.
 
 import { type ArrayDescription, extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
-import { type Orbit, type OrbitDescription, readOrbit } from "../maths/camera";
+import { type Orbit, type OrbitDescription, readOrbit, type ViewPoint } from "../maths/camera";
 import type { Geometry, Relief } from "../maths/geometry";
-import type { Axis } from "../maths/parameter-space";
+import { type Axis, displacementDeg } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
 
 const EXTENSION = "REFLET_parameterized_environment_map";
@@ -16,6 +16,9 @@ export interface Layer {
   readonly size: number;
   readonly parameterization: ParameterizationName;
   readonly geometry: Geometry;
+  /** Metres from the origin between which a shell lies. */
+  readonly begin: number;
+  readonly end: number;
 }
 
 export interface Environment {
@@ -31,6 +34,10 @@ export interface Pem {
   readonly layers: readonly Layer[];
   /** Addresses of the map files, by sample and layer. */
   readonly maps: readonly (readonly string[])[];
+  /** Those of maps of the distant layers that serve every viewpoint, or none. */
+  readonly base: readonly string[];
+  /** Degrees of displacement from the samples at which the base is all that is shown. */
+  readonly fadeDeg: number;
   readonly lodBias: number;
   readonly sampleCount: number;
   readonly onHull: Uint8Array;
@@ -38,6 +45,10 @@ export interface Pem {
   readonly radiosity: Float32Array;
   readonly environment: Environment | undefined;
 }
+
+/** What is shown of a map laid flat; the distance is that of its relief, if it has one. */
+export const MAP_SHOWS = ["radiance", "alpha", "distance"] as const;
+export type MapShows = (typeof MAP_SHOWS)[number];
 
 /** What is shown of the reflection. */
 export interface Shown {
@@ -58,7 +69,13 @@ interface Extension {
     axes: Axis[];
     orbit: OrbitDescription;
   };
-  layers: (Omit<Layer, "parameterization" | "geometry"> & { parameterization?: string; geometry: StoredGeometry })[];
+  layers: (Omit<Layer, "parameterization" | "geometry" | "end"> & {
+    parameterization?: string;
+    geometry: StoredGeometry;
+    end?: number;
+  })[];
+  base: string[];
+  fadeDeg: number;
   samples: { maps: string[] }[];
   lodBias: number;
   sampleCount: number;
@@ -88,6 +105,8 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     orbit: readOrbit(extension.parameterSpace.orbit),
     layers,
     maps: extension.samples.map((sample) => sample.maps.map(files.resolve)),
+    base: extension.base.map(files.resolve),
+    fadeDeg: extension.fadeDeg,
     lodBias: extension.lodBias,
     sampleCount: extension.sampleCount,
     onHull,
@@ -97,12 +116,23 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   };
 }
 
+/** How much of the distant light comes from the base at a point, from 0 to 1. */
+export function baseShare(
+  { axes, orbit, maps, base, fadeDeg }: Pick<Pem, "axes" | "orbit" | "maps" | "base" | "fadeDeg">,
+  point: ViewPoint,
+): number {
+  if (base.length === 0) return 0;
+  if (maps.length === 0) return 1;
+  const away = displacementDeg(axes, orbit, point);
+  return fadeDeg > 0 ? Math.min(away / fadeDeg, 1) : Number(away > 0);
+}
+
 async function readLayer(item: Extension["layers"][number], files: SceneFile["files"]): Promise<Layer> {
-  const { parameterization = "cube" } = item; // written since there are others
+  const { parameterization = "cube", end = Number.POSITIVE_INFINITY } = item;
   if (!isParameterization(parameterization)) {
     throw new Error(`The maps of ${item.name} are ${parameterization} maps, which this viewer does not know.`);
   }
-  return { ...item, parameterization, geometry: await readGeometry(item.geometry, files) };
+  return { ...item, end, parameterization, geometry: await readGeometry(item.geometry, files) };
 }
 
 async function readGeometry(stored: StoredGeometry, files: SceneFile["files"]): Promise<Geometry> {

@@ -15,7 +15,7 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.relief import Relief
 from reflet.envmap.shapes import InfiniteSphere
 from reflet.errors import RefletError
-from reflet.render.device.textures import check_size, upload_relief
+from reflet.render.device.textures import check_size, upload_reliefs
 
 FULL, HALF = "rgba32float", "rgba16float"
 _UNIFORM = np.dtype(
@@ -95,7 +95,7 @@ def upload_env_map(device: wgpu.GPUDevice, source: EnvMap | Sequence[EnvImage]) 
     """
     if isinstance(source, EnvMap):
         near = source.geometry
-        relief = upload_relief(device, near.inverse_distance) if isinstance(near, Relief) else None
+        relief = upload_reliefs(device, [near.inverse_distance]) if isinstance(near, Relief) else None
         return replace(upload_env_map(device, source.images), geometry=near, relief=relief)
     levels = source
     finest = levels[0]
@@ -137,10 +137,10 @@ def env_map_layout(device: wgpu.GPUDevice, near: bool = False) -> wgpu.GPUBindGr
     """Bind group 1; with a geometry of maps that are ``near``."""
     fragment = wgpu.ShaderStage.FRAGMENT
     faces = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
-    cube = {"sample_type": "float", "view_dimension": "cube"}
+    cube, cubes = ({"sample_type": "float", "view_dimension": kind} for kind in ("cube", "cube-array"))
     kinds = [{"buffer": {"type": "uniform"}}, {"texture": faces}, {"texture": cube}, {"sampler": {"type": "filtering"}}]
     if near:
-        kinds += [{"buffer": {"type": "uniform"}}, {"texture": cube}]
+        kinds += [{"buffer": {"type": "uniform"}}, {"texture": cubes}]
     return device.create_bind_group_layout(
         entries=[{"binding": k, "visibility": fragment, **kind} for k, kind in enumerate(kinds)]
     )
@@ -164,15 +164,15 @@ def env_map_group(
     uniform["map_from_world"][:, :3] = np.eye(3) if map_from_world is None else np.transpose(map_from_world)
     uniform["size"], uniform["max_lod"] = env_map.size, env_map.level_count - 1
     uniform["lod_bias"], uniform["roughness"] = lod_bias, -1.0 if roughness is None else roughness
-    unused = create_env_map(device, CUBE, 1, 1, HALF).texture.create_view(dimension="cube")
+    unused = create_env_map(device, CUBE, 1, 1, HALF).texture
     resources = [
         {"buffer": device.create_buffer_with_data(data=uniform.tobytes(), usage=wgpu.BufferUsage.UNIFORM)},
         env_map.texture.create_view(dimension="2d-array"),
-        env_map.texture.create_view(dimension="cube") if env_map.by_hardware else unused,
+        env_map.texture.create_view(dimension="cube") if env_map.by_hardware else unused.create_view(dimension="cube"),
         device.create_sampler(mag_filter="linear", min_filter="linear", mipmap_filter="linear"),
     ]
     if near:
         packed = device.create_buffer_with_data(data=pack(env_map.geometry).tobytes(), usage=wgpu.BufferUsage.UNIFORM)
-        resources += [{"buffer": packed}, env_map.relief or unused]
+        resources += [{"buffer": packed}, env_map.relief or unused.create_view(dimension="cube-array")]
     entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
     return device.create_bind_group(layout=layout, entries=entries)

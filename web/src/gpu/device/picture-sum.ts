@@ -15,7 +15,7 @@ export class PictureSum {
     private readonly accumulate: GPUComputePipeline,
     private readonly displaySum: GPURenderPipeline,
   ) {
-    this.screenUniform = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+    this.screenUniform = device.createBuffer({ size: 48, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
   }
 
   static async create(device: GPUDevice, screen: GPUTextureFormat): Promise<PictureSum> {

@@ -1,6 +1,6 @@
 // Textures on the device: twin of reflet.render.device.textures.
 
-import type { Relief } from "../../maths/geometry";
+import type { Geometry } from "../../maths/geometry";
 import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../../maths/parameterization";
 import { link } from "./shaders";
 
@@ -119,12 +119,20 @@ function halfFromFloat(value: number): number {
   return ((exponent + 14) << 10) + whole;
 }
 
-/** The cube that shaders search; one texel at infinity where there is no relief. */
-export function createRelief(device: GPUDevice, relief: Relief | undefined): GPUTextureView {
-  const { size, inverseDistance } = relief ?? { size: 1, inverseDistance: new Uint16Array(6) };
+/** The cubes that shaders search, one for each geometry, at least one: infinitely far where it is no relief. */
+export function createReliefs(device: GPUDevice, geometries: readonly Geometry[]): GPUTexture {
+  const reliefs = geometries.map((geometry) => (geometry.kind === "relief" ? geometry : undefined));
+  const sizes = new Set(reliefs.flatMap((relief) => (relief ? [relief.size] : [])));
+  if (sizes.size > 1) throw new Error(`The reliefs of one object have ${[...sizes].join(" and ")} rows.`);
+  const [size = 1] = sizes;
   const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
-  const texture = device.createTexture({ size: [size, size, 6], format: "r16float", usage });
-  const layout = { bytesPerRow: 2 * size, rowsPerImage: size };
-  device.queue.writeTexture({ texture }, inverseDistance as Uint16Array<ArrayBuffer>, layout, [size, size, 6]);
-  return texture.createView({ dimension: "cube" });
+  const count = Math.max(reliefs.length, 1);
+  const texture = device.createTexture({ size: [size, size, 6 * count], format: "r16float", usage });
+  reliefs.forEach((relief, shell) => {
+    if (!relief) return; // textures begin as zeros
+    const data = relief.inverseDistance as Uint16Array<ArrayBuffer>;
+    const destination = { texture, origin: [0, 0, 6 * shell] };
+    device.queue.writeTexture(destination, data, { bytesPerRow: 2 * size, rowsPerImage: size }, [size, size, 6]);
+  });
+  return texture;
 }

@@ -1,38 +1,28 @@
 // The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.playback.layouts.
 
 import type { Part } from "../../files/gltf";
-import { type Camera, clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
+import { clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
 import { type Geometry, pack } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
 import { PATTERN } from "../../maths/sample-pattern";
-import type { Vec3 } from "../../maths/vectors";
 import type { Layer, Shown } from "../../scene/pem";
+import type { View } from "./view";
 
 const SWITCHES: Record<keyof Shown, number> = { diffuse: 1, fresnel: 2, distant: 4, local: 8 };
 
+const HIDE_SHELL = 32; // the nearest; the others' bits follow
+
 export const TRIANGLE_ON_HULL = 1;
-export const LARGEST_BLEND = 8;
-export const FRAME_BYTES = 1024;
-export const PART_BYTES = 176;
+const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
+export const FRAME_BYTES = 1088;
+export const PART_BYTES = 304;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const [BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE] = [8, 16, 32, 64];
 const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, METAL] = [128, 256, 512, 1024];
 
-/** A sample of the parameter space as a frame shows it. */
-export interface Blended {
-  readonly slot: number; // in the arrays of maps
-  readonly weight: number;
-  readonly mapFromWorld: readonly [Vec3, Vec3, Vec3]; // rows: the frame of its view-dependent maps
-}
-
-export function frameUniform(
-  camera: Camera,
-  sampleCount: number,
-  lodBias: number,
-  blend: readonly Blended[],
-  shown: Shown,
-): ArrayBuffer {
+export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
+  const { camera, blend, base, shown, hiddenShells } = view;
   const data = new ArrayBuffer(FRAME_BYTES);
   const floats = new Float32Array(data);
   const basis = rayBasis(camera);
@@ -46,23 +36,27 @@ export function frameUniform(
   positions.forEach(([x, y], k) => {
     floats.set([x / 32, y / 32], 32 + 4 * k);
   });
-  blend.forEach(({ slot, weight, mapFromWorld }, k) => {
+  for (const [k, { slot, weight, mapFromWorld }] of [...blend.entries(), [LARGEST_BLEND, base] as const]) {
     floats.set([weight, slot], 96 + 4 * k);
     mapFromWorld.forEach((row, i) => {
       row.forEach((value, column) => {
-        floats[160 + 12 * k + 4 * column + i] = value;
+        floats[164 + 12 * k + 4 * column + i] = value;
       });
     });
-  });
+  }
   // What float32 rounds off stands 16 bytes a vector later on: the exact path reckons with both.
   const rest = (values: readonly number[]) => values.map((value) => value - Math.fround(value));
-  floats.set(rest(camera.position), 132);
+  floats.set(rest(camera.position), 136);
   pixelFromView(basis).forEach((row, k) => {
-    floats.set(row, 136 + 4 * k);
-    floats.set(rest(row), 148 + 4 * k);
+    floats.set(row, 140 + 4 * k);
+    floats.set(rest(row), 152 + 4 * k);
   });
-  const switches = (Object.keys(SWITCHES) as (keyof Shown)[]).filter((name) => shown[name]);
-  new Uint32Array(data).set([blend.length, switches.reduce((bits, name) => bits | SWITCHES[name], 0)], 128);
+  const bits = [
+    ...(Object.keys(SWITCHES) as (keyof Shown)[]).filter((name) => shown[name]).map((name) => SWITCHES[name]),
+    ...hiddenShells.map((shell) => HIDE_SHELL << shell),
+  ];
+  const switches = bits.reduce((sum, bit) => sum | bit, 0);
+  new Uint32Array(data).set([blend.length, switches], 132);
   return data;
 }
 
@@ -72,22 +66,18 @@ export interface BoundLayer {
   readonly geometry: Geometry;
 }
 
-export function partUniform(part: Part, distant: BoundLayer | undefined, local: BoundLayer | undefined): ArrayBuffer {
+/** The nearest shell first. */
+export function partUniform(part: Part, shells: readonly BoundLayer[], local: BoundLayer | undefined): ArrayBuffer {
   const data = new ArrayBuffer(PART_BYTES);
   const floats = new Float32Array(data);
-  for (const [at, bound] of [
-    [0, distant],
-    [16, local],
-  ] as const) {
-    if (bound) {
-      const { size, parameterization } = bound.layer;
-      floats.set([...pack(bound.geometry), size, Math.log2(size)], at);
-      new Uint32Array(data)[at + 14] = PARAMETERIZATIONS[parameterization].kind;
-    }
+  for (const [place, { layer, geometry }] of [...shells.entries(), ...(local ? [[3, local] as const] : [])]) {
+    const { size, parameterization } = layer;
+    floats.set([...pack(geometry), size, Math.log2(size)], 16 * place);
+    new Uint32Array(data)[16 * place + 14] = PARAMETERIZATIONS[parameterization].kind;
   }
   const { material } = part;
-  floats.set([...material.baseColor, material.metallic], 32);
-  floats.set([...material.emission, material.normalScale], 36);
+  floats.set([...material.baseColor, material.metallic], 64);
+  floats.set([...material.emission, material.normalScale], 68);
   let bits = part.reflective ? REFLECTIVE : 0;
   bits |= material.doubleSided ? DOUBLE_SIDED : 0;
   bits |= local ? HAS_LOCAL : 0;
@@ -101,7 +91,7 @@ export function partUniform(part: Part, distant: BoundLayer | undefined, local: 
     if (texture && usable) bits |= present | (texture.clamp ? clamps : 0);
   }
   if (material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
-  new Uint32Array(data)[40] = bits;
+  new Uint32Array(data).set([bits, shells.length], 72);
   return data;
 }
 
@@ -133,7 +123,7 @@ export function partLayout(device: GPUDevice): GPUBindGroupLayout {
       ...[5, 6, 9].map((binding) => ({ binding, visibility, sampler: {} })),
       ...[7, 8].map((binding) => ({ binding, visibility, texture: cubes })),
       ...[10, 11].map((binding) => ({ binding, visibility, texture: maps })),
-      { binding: 12, visibility, texture: { viewDimension: "cube" as const } },
+      { binding: 12, visibility, texture: { viewDimension: "cube-array" as const } },
     ],
   });
 }

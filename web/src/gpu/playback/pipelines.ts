@@ -1,7 +1,8 @@
 // All pipelines of PEM playback, compiled once when the viewer opens.
 
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
-import type { Layer } from "../../scene/pem";
+import type { Pem } from "../../scene/pem";
+import type { Stack } from "../../scene/stacks";
 import { createScreenPipeline } from "../device/picture-sum";
 import { link } from "../device/shaders";
 import { DEPTH } from "../device/target";
@@ -18,19 +19,24 @@ export async function createPipelines(
   frame: GPUBindGroupLayout,
   part: GPUBindGroupLayout,
   screen: GPUTextureFormat,
-  layers: readonly Layer[],
+  pem: Pem,
+  stacks: readonly Stack[],
 ): Promise<Pipelines> {
   const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
   const picture = module("picture");
   const backdrop = module("backdrop");
 
-  // Code for other parameterizations than the layers' own costs nothing then.
+  // Code for other parameterizations than the layers' own, for more shells or a base costs nothing then.
   const constants: Record<string, number> = {};
   for (const kind of ["distant", "local"] as const) {
-    const names = new Set(layers.filter((layer) => layer.kind === kind).map((layer) => layer.parameterization));
+    const names = new Set(stacks.filter((stack) => stack.kind === kind).map(({ shape }) => shape.parameterization));
     const [name = "cube"] = names;
     if (names.size <= 1) constants[`${kind.toUpperCase()}_PARAMETERIZATION`] = PARAMETERIZATIONS[name].kind;
   }
+  const counts = new Set(stacks.filter(({ kind }) => kind === "distant").map(({ layers }) => layers.length));
+  const [count = 0] = counts;
+  if (counts.size <= 1) constants.SHELL_COUNT = count; // parts that do not reflect never ask
+  if (pem.base.length === 0) constants.BASE = 0;
 
   const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean) =>
     device.createRenderPipelineAsync({

@@ -1,21 +1,16 @@
 // Draws a PEM: twin of reflet.render.playback.renderer, with the flat view of its maps added.
 
-import type { Camera } from "../../maths/camera";
+import { nearestInverse } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
 import { TONE_CURVES, type Tone } from "../../maths/tone";
-import type { Layer, Pem, Shown } from "../../scene/pem";
+import type { MapShows, Pem } from "../../scene/pem";
+import type { Stack } from "../../scene/stacks";
 import { PictureSum } from "../device/picture-sum";
-import { type Blended, frameUniform } from "./layouts";
+import { frameUniform } from "./layouts";
 import { createPipelines, type Pipelines } from "./pipelines";
 import type { ResidentMaps } from "./resident-maps";
 import { SceneBuffers } from "./scene-buffers";
-
-/** What a frame shows: where from, which maps in which shares, which layers. */
-export interface View {
-  readonly camera: Camera;
-  readonly blend: readonly Blended[];
-  readonly shown: Shown;
-}
+import type { View } from "./view";
 
 const NOTHING: GPUColor = { r: 0, g: 0, b: 0, a: 0 };
 
@@ -30,9 +25,9 @@ export class Renderer {
   ) {}
 
   static async create(device: GPUDevice, pem: Pem, maps: ResidentMaps, screen: GPUTextureFormat): Promise<Renderer> {
-    const scene = new SceneBuffers(device, pem, maps.arrays);
+    const scene = new SceneBuffers(device, pem, maps.stacks, maps.arrays);
     const [pipelines, sum] = await Promise.all([
-      createPipelines(device, scene.layouts.frame, scene.layouts.part, screen, pem.layers),
+      createPipelines(device, scene.layouts.frame, scene.layouts.part, screen, pem, maps.stacks),
       PictureSum.create(device, screen),
     ]);
     return new Renderer(device, pem, maps, scene, pipelines, sum);
@@ -48,25 +43,50 @@ export class Renderer {
     this.draw(view, sampleCount, first ? 0 : this.sum.count, false);
   }
 
-  /** Shows one layer's map in a slot, all faces and levels, as in [Hakura01, Figure 5]. */
-  displayMap(screen: GPUTextureView, tone: Tone, layer: number, slot: number, width: number, height: number): void {
-    const maps = this.maps.arrays[layer] as GPUTexture;
-    const { faceCount, aspect } = PARAMETERIZATIONS[(this.pem.layers[layer] as Layer).parameterization];
+  /**
+   * Shows one layer's map in a slot, all faces and levels, as in [Hakura01, Figure 5]: its radiance over a board, its
+   * alpha, or the relief that it is looked up on, which has one level.
+   */
+  displayMap(
+    screen: GPUTextureView,
+    tone: Tone,
+    layer: number,
+    slot: number,
+    shows: MapShows,
+    width: number,
+    height: number,
+  ): void {
+    const number = this.maps.stacks.findIndex(({ layers }) => layers.includes(layer));
+    const { layers, shape } = this.maps.stacks[number] as Stack;
+    const relief = this.pem.layers[layer]?.geometry;
+    const ofRelief = shows === "distance" && relief?.kind === "relief";
+    const maps = (ofRelief ? this.scene.reliefs : this.maps.arrays)[number] as GPUTexture;
+    const { faceCount, aspect } = PARAMETERIZATIONS[ofRelief ? "cube" : shape.parameterization];
     const across = faceCount * aspect;
     const faceSize = Math.min(width / (across + 0.5), height / 2.5);
-    const data = new ArrayBuffer(32);
+    const shell = layers.indexOf(layer);
+    const data = new ArrayBuffer(48);
     const origin = [(width - across * faceSize) / 2, (height - 2 * faceSize) / 2].map(Math.round);
-    new Float32Array(data).set([...origin, faceSize, tone.exposure]);
-    new Uint32Array(data).set([TONE_CURVES.indexOf(tone.curve), slot, maps.mipLevelCount, faceCount], 4);
+    // Of the distances' inverses the largest is white.
+    new Float32Array(data).set([...origin, faceSize, ofRelief ? 1 / nearestInverse(relief) : tone.exposure]);
+    new Uint32Array(data).set(
+      [
+        TONE_CURVES.indexOf(tone.curve),
+        ofRelief ? shell : slot * layers.length + shell,
+        maps.mipLevelCount,
+        faceCount,
+        ofRelief ? 2 : Number(shows === "alpha"),
+      ],
+      4,
+    );
     this.sum.fillScreen(screen, this.pipelines.mapView, data, maps.createView({ dimension: "2d-array" }));
   }
 
   private draw(view: View, sampleCount: number, subSample: number, multi: boolean): void {
-    const { camera, blend, shown } = view;
-    const data = frameUniform(camera, sampleCount, this.pem.lodBias, blend, shown);
+    const data = frameUniform(view, sampleCount, this.pem.lodBias);
     this.device.queue.writeBuffer(this.scene.frameUniform, 0, data);
     const kind = multi ? "multi" : "single";
-    this.sum.add(camera, subSample === 0, multi, NOTHING, (pass) => {
+    this.sum.add(view.camera, subSample === 0, multi, NOTHING, (pass) => {
       pass.setPipeline(this.pipelines.picture[kind]);
       pass.setBindGroup(0, this.scene.frameGroup);
       this.scene.partGroups.forEach((group, part) => {

@@ -2,11 +2,12 @@
 
 import type { Part, PictureTexture } from "../../files/gltf";
 import type { Geometry } from "../../maths/geometry";
-import type { Pem } from "../../scene/pem";
+import type { Layer, Pem } from "../../scene/pem";
+import type { Stack } from "../../scene/stacks";
 import {
   createMapArray,
   createPicture,
-  createRelief,
+  createReliefs,
   fillMipLevels,
   halfTexels,
   mapArrayView,
@@ -25,6 +26,8 @@ export class SceneBuffers {
   readonly frameUniform: GPUBuffer;
   readonly frameGroup: GPUBindGroup;
   readonly partGroups: readonly GPUBindGroup[];
+  /** The cubes of distances that lookups of each stack search. */
+  readonly reliefs: readonly GPUTexture[];
   readonly layouts: { readonly frame: GPUBindGroupLayout; readonly part: GPUBindGroupLayout };
   /** Number of the first triangle of each part, and at the end the number of all. */
   readonly triangleOffsets: readonly number[];
@@ -32,10 +35,11 @@ export class SceneBuffers {
   private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
   private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
 
-  /** `arrays` are the maps of the PEM's layers. */
+  /** `arrays` are the maps of the stacks. */
   constructor(
     private readonly device: GPUDevice,
     private readonly pem: Pem,
+    private readonly stacks: readonly Stack[],
     arrays: readonly GPUTexture[],
   ) {
     this.layouts = { frame: frameLayout(device), part: partLayout(device) };
@@ -44,6 +48,12 @@ export class SceneBuffers {
     this.frameUniform = this.uniform(FRAME_BYTES);
     this.frameGroup = this.createFrameGroup();
     this.partUniforms = pem.parts.map(() => this.uniform(PART_BYTES));
+    this.reliefs = stacks.map(({ layers }) =>
+      createReliefs(
+        device,
+        layers.flatMap((layer) => pem.layers[layer]?.geometry ?? []),
+      ),
+    );
     this.partGroups = this.createPartGroups(arrays);
     this.setDistantGeometries(pem.layers.map((layer) => layer.geometry));
   }
@@ -51,18 +61,18 @@ export class SceneBuffers {
   /** Lookups of distant layers meet these geometries (one for each layer; local layers keep their own). */
   setDistantGeometries(geometries: readonly Geometry[]): void {
     this.pem.parts.forEach((part, number) => {
-      const bound = (kind: "distant" | "local"): BoundLayer | undefined => {
-        const index = this.layerOf(number, kind);
-        const layer = this.pem.layers[index];
-        return layer && { layer, geometry: kind === "distant" ? (geometries[index] as Geometry) : layer.geometry };
-      };
-      const data = partUniform(part, bound("distant"), bound("local"));
+      const bound = (kind: "distant" | "local"): BoundLayer[] =>
+        (this.stacks[this.stackOf(number, kind)]?.layers ?? []).map((index) => {
+          const layer = this.pem.layers[index] as Layer;
+          return { layer, geometry: kind === "distant" ? (geometries[index] as Geometry) : layer.geometry };
+        });
+      const data = partUniform(part, bound("distant"), bound("local")[0]);
       this.device.queue.writeBuffer(this.partUniforms[number] as GPUBuffer, 0, data);
     });
   }
 
-  private layerOf(part: number, kind: "distant" | "local"): number {
-    return this.pem.layers.findIndex((layer) => layer.kind === kind && layer.parts.includes(part));
+  private stackOf(part: number, kind: "distant" | "local"): number {
+    return this.stacks.findIndex((stack) => stack.kind === kind && stack.parts.includes(part));
   }
 
   private uniform(size: number): GPUBuffer {
@@ -110,21 +120,14 @@ export class SceneBuffers {
 
   private createPartGroups(arrays: readonly GPUTexture[]): GPUBindGroup[] {
     const none = createMapArray(this.device, { parameterization: "cube", size: 1 }, 1); // six layers: any view fits
-    // A layer's maps if they are cubes, or if they are not; else a map of one black texel.
-    const maps = (layer: number, cubes: boolean): GPUTextureView => {
-      const parameterization = this.pem.layers[layer]?.parameterization;
+    // A stack's maps if they are cubes, or if they are not; else a map of one black texel.
+    const maps = (stack: number, cubes: boolean): GPUTextureView => {
+      const parameterization = this.stacks[stack]?.shape.parameterization;
       return parameterization !== undefined && (parameterization === "cube") === cubes
-        ? mapArrayView(arrays[layer] as GPUTexture, parameterization)
+        ? mapArrayView(arrays[stack] as GPUTexture, parameterization)
         : none.createView({ dimension: cubes ? "cube-array" : "2d-array" });
     };
-    // An infinitely far relief where the layer has another geometry.
-    const reliefs = new Map<number, GPUTextureView>();
-    const relief = (layer: number): GPUTextureView => {
-      const geometry = this.pem.layers[layer]?.geometry;
-      const view = reliefs.get(layer) ?? createRelief(this.device, geometry?.kind === "relief" ? geometry : undefined);
-      reliefs.set(layer, view);
-      return view;
-    };
+    const noRelief = createReliefs(this.device, []);
     const sampler = (mode: GPUAddressMode) =>
       this.device.createSampler({
         ...{ addressModeU: mode, addressModeV: mode },
@@ -134,7 +137,7 @@ export class SceneBuffers {
     const clamping = sampler("clamp-to-edge");
     const samplerOf = (texture: PictureTexture | undefined) => (texture?.clamp ? clamping : repeating);
     return this.pem.parts.map((part, number) => {
-      const [distant, local] = [this.layerOf(number, "distant"), this.layerOf(number, "local")];
+      const [distant, local] = [this.stackOf(number, "distant"), this.stackOf(number, "local")];
       const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = part.material;
       const resources: GPUBindingResource[] = [
         { buffer: this.partUniforms[number] as GPUBuffer },
@@ -149,7 +152,7 @@ export class SceneBuffers {
         clamping,
         maps(distant, false),
         maps(local, false),
-        relief(distant),
+        (this.reliefs[distant] ?? noRelief).createView({ dimension: "cube-array" }),
       ];
       const entries = resources.map((resource, binding) => ({ binding, resource }));
       return this.device.createBindGroup({ layout: this.layouts.part, entries });
