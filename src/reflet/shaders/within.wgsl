@@ -11,7 +11,7 @@
 override GEOMETRY_KIND: f32 = 0.0;
 
 @group(1) @binding(4) var<uniform> geometry: Geometry;
-@group(1) @binding(5) var inverse_distances: texture_cube<f32>;
+@group(1) @binding(5) var inverse_distances: texture_cube_array<f32>;
 
 // Where a ray and those of the neighbouring pixels look the map up.
 struct Lookups {
@@ -24,7 +24,7 @@ struct Lookups {
 // reflet.envmap.geometry.lookup_directions): a relief's neighbours are cut off where the ray itself meets it.
 fn lookups(p: vec3f, px: vec3f, py: vec3f, r: vec3f, rx: vec3f, ry: vec3f) -> Lookups {
   if (GEOMETRY_KIND == RELIEF) {
-    let w = inverse_hit(geometry, inverse_distances, cube_sampler, p, r);
+    let w = inverse_hit(geometry, inverse_distances, 0, cube_sampler, p, r);
     let d = r + w * (p - geometry.origin.yzw);
     return Lookups(d, d + rx + w * px, d + ry + w * py);
   }
