@@ -19,6 +19,7 @@ from reflet.pipelines.load import load_scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.views.framing import frame_orbit
+from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
 
 
@@ -35,7 +36,7 @@ def main() -> None:
     tracer = Tracer(scene)
     on_hull = hull_triangles(scene)
     item = scene.objects[0]
-    probe = tracer.probe(0, em_origin(scene, item.parts), size=asked.em_size, spp=4)
+    probe = tracer.probe(0, Shells(em_origin(scene, item.parts)), size=asked.em_size, spp=4)
     box = fit("box", scene, item.parts, probe)
     ellipsoids = {part: fit("ellipsoid", scene, (part,)) for part in item.parts}
     chain, small = MipChain(asked.em_size), MipChain(asked.em_size // 2)

@@ -23,6 +23,7 @@ from reflet.report.measures import picture_srgb
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.trace.compose import compose
+from reflet.trace.layers import Shells
 
 
 def main(out: Path) -> None:
@@ -34,7 +35,7 @@ def main(out: Path) -> None:
     # Trace: the layers of the picture, and the static env map from the teapot's centre.
     tracer = reflet.Tracer(scene, irradiance_spp=16)
     view = tracer.view(camera, spp=16, surroundings=True)
-    probe = tracer.probe(0, em_origin(scene, teapot.parts), size=chain.size, spp=16)
+    probe = tracer.probe(0, Shells(em_origin(scene, teapot.parts)), size=chain.size, spp=16)
 
     # Infer: one distant map for the teapot, whose room is a box; one local map in an ellipsoid for each part.
     gbuffer = gbuffer_from_visibility(scene, view.visibility)

@@ -78,7 +78,7 @@ def test_sizes_and_views_that_make_no_sense(
     light = ("--environment", scene_files[1])
     assert "power of two" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--em-size", "100")
     assert "memory" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--em-size", "8192")
-    assert "--views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "0")
+    assert "--views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "-1")
     assert "turn" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "100", "--spacing", "10")
 
 

@@ -12,7 +12,7 @@ from reflet.errors import RefletError
 from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Scene
-from reflet.trace.layers import StaticProbe
+from reflet.trace.layers import ShellProbe, Shells, StaticProbe
 
 
 def box_mesh(lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Mesh:
@@ -33,7 +33,8 @@ def scene() -> Scene:
 
 def probe_of(origin: tuple[float, float, float], distance: np.ndarray) -> StaticProbe:
     texels = np.zeros((MipChain(distance.shape[-1]).texel_count, 3), np.float32)
-    return StaticProbe(origin, texels, distance.astype(np.float32))
+    distance = distance.astype(np.float32)
+    return StaticProbe(texels, distance, Shells(origin), (ShellProbe(texels, distance),))
 
 
 def room_probe(lower: tuple[float, float, float], upper: tuple[float, float, float]) -> StaticProbe:

@@ -13,7 +13,8 @@ from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.texture_filter import taps
-from reflet.infer.product import multiply, transpose
+from reflet.infer.product import Gatherer, multiply, squared_columns
+from reflet.infer.records import Rows
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.scene.surfaces.gbuffer import GBuffer
 from reflet.scene.views.camera import Camera
@@ -114,9 +115,22 @@ def test_threads_do_not_change_a_bit(sphere_picture: Picture) -> None:
     assert all(np.array_equal(found[0].columns, each.columns) for each in found)
 
 
-def test_the_transpose_is_the_transpose(sphere_picture: Picture) -> None:
+def test_gathering_is_the_transpose_times_the_rows(sphere_picture: Picture) -> None:
     matrix = rendering_matrix(sphere_picture.gbuffer, CHAIN, GEOMETRIES[3], -1.0)
-    assert (as_scipy(matrix) != as_scipy(transpose(matrix)).T).nnz == 0
+    a, rng = as_scipy(matrix).astype(np.float64), np.random.default_rng(5)
+    x, target = rng.random((CHAIN.texel_count, 4)), rng.random((a.shape[0], 4))
+    weights = rng.random(a.shape[0])
+    rows = Rows(matrix, target.astype(np.float32), weights.astype(np.float32))
+    for minus_target in (False, True):
+        gatherer = Gatherer(x)
+        squares = gatherer.add(rows, minus_target=minus_target)
+        shown = a @ x - (target if minus_target else 0.0)
+        # float32 sums of some tens of terms each way
+        assert squares == pytest.approx((weights[:, None] * shown**2).sum(), rel=1e-5)
+        assert np.abs(gatherer.planar_sum().T - a.T @ (weights[:, None] * shown)).max() < 1e-4
+    diagonal = np.zeros(CHAIN.texel_count, np.float32)
+    squared_columns(rows, diagonal)
+    assert np.abs(diagonal - a.power(2).T @ weights).max() < 1e-4
 
 
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)

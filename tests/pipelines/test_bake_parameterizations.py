@@ -46,7 +46,7 @@ def _psnr(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[float]]:
     ]
     for name, size in SIZES.items():
         folder = tmp_path_factory.mktemp("pem") / name
-        pem = open_pem(bake(scene(), folder, SPACE, parameterization=name, em_size=size, spp=16))
+        pem = open_pem(bake(scene(), folder, SPACE, parameterization=name, em_size=size, spp=16, distant="box"))
         assert {layer.parameterization.name for layer in pem.layers} == {name}
         renderer, found[name] = Renderer(pem), []
         for layers in references:

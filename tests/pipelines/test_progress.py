@@ -30,7 +30,7 @@ def scene() -> Scene:
 @pytest.fixture(autouse=True, scope="module")
 def few_trials() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("reflet.infer.fit_local", "reflet.pipelines.bake"):
+        for module in ("reflet.infer.fit_local", "reflet.pipelines.baking.plan_layers"):
             patch.setattr(f"{module}.TRIALS", 3)
         yield
 
@@ -52,7 +52,9 @@ def undisturbed(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> tuple
 def test_every_stage_is_told_from_its_beginning_to_its_end(undisturbed) -> None:  # type: ignore[no-untyped-def]
     _, told = undisturbed
     stages = list(dict.fromkeys(stage for stage, _, _ in told))
-    assert stages == ["prepare", "diffuse light", "static maps", "local shapes", "viewpoints", "write"]
+    assert stages == [
+        "prepare", "diffuse light", "choose shells", "static maps", "local shapes", "joint set", "viewpoints", "fade", "write",
+    ]  # fmt: skip
     for stage in stages:
         steps = [(done, total) for name, done, total in told if name == stage]
         assert steps[0][0] == 0 and steps[-1][0] == steps[-1][1], stage

@@ -11,6 +11,7 @@ from trace_scenes import CHROME, camera, quad, room, scene, sphere
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.layers import Shells
 from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
@@ -30,7 +31,7 @@ def digest(seed: int) -> str:
     use_variant()
     tracer = Tracer(what, irradiance=trace_irradiance(DeviceScene(what), spp=16, budget=2000))
     view = tracer.view(camera((0.0, 0.4, 1.9), size=24), spp=8, seed=seed, surroundings=True)
-    probe = tracer.probe(0, (-0.5, 0.0, 0.0), size=8, spp=4)
+    probe = tracer.probe(0, Shells((-0.5, 0.0, 0.0)), size=8, spp=4)
     total = hashlib.blake2b()
     for record in (tracer.irradiance, view.layers, view.visibility, probe):
         for value in vars(record).values():

@@ -11,7 +11,7 @@ from reflet.trace import segmentation
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.compose import compose, object_coverage
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.layers import SegmentedLayers
+from reflet.trace.layers import SegmentedLayers, Shells
 from reflet.trace.references.path_reference import PathReference
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
@@ -184,10 +184,10 @@ def test_many_parts_give_the_same_rows_as_few(monkeypatch: pytest.MonkeyPatch) -
     balls = [Part(f"ball {k}", sphere(radius=0.3, centre=(0.6 * k - 0.9, 0.0, 0.0)), CHROME, True) for k in range(4)]
     use_variant()
     device = DeviceScene(scene(balls, [(0, 1, 2, 3)], constant_light(1.0)))
-    whole = segmentation.segmented_layers(device, camera(), 4, 0)
+    whole = segmentation.segmented_layers(device, camera(), 4, 0, True, [Shells((0.0, 0.0, 0.0), (1.0,))])
     monkeypatch.setattr(segmentation, "MANY_PARTS", 0)
     monkeypatch.setattr(segmentation, "FEW_PIXELS", 7)
-    pieces = segmentation.segmented_layers(device, camera(), 4, 0)
+    pieces = segmentation.segmented_layers(device, camera(), 4, 0, True, [Shells((0.0, 0.0, 0.0), (1.0,))])
     assert len(np.unique(whole.part)) == 4
     for name, values in vars(whole).items():
         if isinstance(values, np.ndarray):

@@ -8,6 +8,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions, texel_solid_angle
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
+from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
 
 GLOW = Material("glow", base_color=(0, 0, 0), metallic=0.0, emission=(0.5, 1.0, 1.5))
@@ -15,7 +16,7 @@ GLOW = Material("glow", base_color=(0, 0, 0), metallic=0.0, emission=(0.5, 1.0, 
 
 def test_probe_in_a_room_without_its_object() -> None:
     what = scene([Part("ball", sphere(radius=0.5, rows=8), CHROME, True), Part("room", room(2.0), GLOW)], [(0,)])
-    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, (0.0, 0.5, 0.0), size=16, spp=4)
+    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.5, 0.0)), size=16, spp=4)
     np.testing.assert_allclose(probe.texels, np.tile([[0.5, 1.0, 1.5]], (len(probe.texels), 1)), rtol=1e-6)
     d = texel_directions(16)
     walls = np.where(d > 0, (2.0 - np.array([0, 0.5, 0])) / d, (-2.0 - np.array([0, 0.5, 0])) / d)
@@ -25,7 +26,7 @@ def test_probe_in_a_room_without_its_object() -> None:
 def test_probe_sees_other_objects_mirror_and_nothing_as_infinite() -> None:
     balls = [Part("a", sphere(radius=0.5, rows=16), CHROME, True), Part("b", sphere((3, 0, 0), 1.0), CHROME, True)]
     what = scene(balls, [(0,), (1,)], constant_light(1.0))
-    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, (0.0, 0.0, 0.0), size=16, spp=4)
+    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.0, 0.0)), size=16, spp=4)
     hit = np.isfinite(probe.distance)
     # a sphere of radius 1 three metres away fills 2π(1 - cos asin 1/3)
     solid_angle = (hit * texel_solid_angle(16)).sum()
@@ -47,6 +48,6 @@ def test_probe_sees_other_objects_mirror_and_nothing_as_infinite() -> None:
 
 def test_probe_with_nothing_else_in_the_scene() -> None:
     what = scene([Part("ball", sphere(rows=8), CHROME, True)], [(0,)], constant_light(2.0))
-    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, (0.0, 0.0, 0.0), size=4, spp=4)
+    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.0, 0.0)), size=4, spp=4)
     np.testing.assert_allclose(probe.texels, 2.0, rtol=1e-6)
     assert np.isinf(probe.distance).all()

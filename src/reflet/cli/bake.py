@@ -11,6 +11,7 @@ from reflet.envmap.geometry import KINDS, SHAPES
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
+from reflet.pem.pem import MOST_SHELLS
 
 
 @click.command(short_help="Bake a scene into a folder of environment maps.")
@@ -23,7 +24,13 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
     type=click.Choice(list(SOURCE_FROM_UPRIGHT)),
     help="The axis of SCENE that points up; z turns +z to +y. By default y, or what a Mitsuba camera says.",
 )
-@click.option("--views", type=click.IntRange(1), default=3, show_default=True, help="Number of viewpoints.")
+@click.option(
+    "--views",
+    type=click.IntRange(0),
+    default=3,
+    show_default=True,
+    help="Number of viewpoints with maps of their own; of 0 all light is that of the joint set.",
+)
 @click.option(
     "--spacing",
     type=click.FloatRange(0, min_open=True),
@@ -52,10 +59,27 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 @click.option("--spp", type=click.IntRange(1), default=64, show_default=True, help="Rays traced a pixel.")
 @click.option(
     "--distant",
-    type=click.Choice(list(KINDS)),
-    default="box",
+    type=click.Choice(["auto", *KINDS]),
+    default="auto",
     show_default=True,
-    help="Shape of the distant surroundings; relief: their own distances.",
+    help="Geometry of the distant surroundings; relief: their own distances; auto: what shows them best; with a shape, "
+    "as in the paper, each viewpoint has maps of its own and nothing else.",
+)
+@click.option(
+    "--shells",
+    type=click.IntRange(1, MOST_SHELLS),
+    help="Shells that divide the distant surroundings, where reliefs describe them; by default as many as pay.",
+)
+@click.option(
+    "--static",
+    is_flag=True,
+    help="Static maps only, seen from the object's centre: seconds of work, for any viewpoint.",
+)
+@click.option(
+    "--joint-spacing",
+    type=click.FloatRange(5.0, 180.0),
+    help="Degrees between the viewpoints that the maps for all viewpoints are inferred from; by default 20 beside the "
+    "baked viewpoints and 40 elsewhere.",
 )
 @click.option(
     "--local",
@@ -86,13 +110,17 @@ def bake(
     em_size: int | None,
     spp: int,
     distant: str,
+    shells: int | None,
+    static: bool,
+    joint_spacing: float | None,
     local: str,
     reflect: tuple[str, ...],
     variant: str,
     resume: bool,
     out: Path,
 ) -> None:
-    """Traces SCENE from viewpoints on an orbit and infers the environment maps that show it best.
+    """Traces SCENE from all around and infers the environment maps that show it best, from viewpoints on an orbit above
+    all.
 
     SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Parts of smooth metal
     reflect; a mesh without a material is a mirror. What is not given is chosen to frame the reflecting object.
@@ -102,7 +130,10 @@ def bake(
       reflet bake teapot-room --out teapot
       reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
       reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
-      reflet bake shop.glb --reflect 'Vase*' --distant relief --elevation 15 --out vase
+      reflet bake shop.glb --reflect 'Vase*' --elevation 15 --out vase
+      reflet bake shop.glb --static --out quick
+      reflet bake shop.glb --views 0 --out all-around
+      reflet bake shop.glb --distant box --out as-in-the-paper
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
@@ -133,6 +164,9 @@ def bake(
             em_size=em_size,
             spp=spp,
             distant=distant,
+            shells=shells,
+            static=static,
+            joint_spacing_deg=joint_spacing,
             local=local,
             variant=VARIANTS[variant],
             resume=resume,

@@ -7,13 +7,12 @@ from jaxtyping import Float
 
 from reflet.envmap.geometry import KINDS, Geometry
 from reflet.envmap.parameterizations.cube import face_from_direction, texel_directions, texel_solid_angle
-from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev
 from reflet.envmap.shapes import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, Vec3
 from reflet.errors import RefletError
+from reflet.infer.fit_relief import last_relief
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 
-RELIEF_SIZE = 64
 _MARGIN = 1.02  # of shapes that must hold a part: rays start inside them
 _ROUNDS = 40  # of the search for a least ellipsoid; ten suffice for most meshes
 
@@ -39,7 +38,7 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
     if kind == "infinite_sphere":
         return InfiniteSphere()
     if kind == "relief" and probe is not None:
-        return relief(probe, fit("box", scene, parts, probe))
+        return last_relief(probe.distance, probe.origin, fit("box", scene, parts, probe))
     if probe is None:
         if kind == "ellipsoid":
             return bounding_ellipsoid(scene, parts)
@@ -47,21 +46,6 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
             return _bounding_sphere(scene, parts)
         raise ValueError(f"fitting a {kind} takes a probe of the environment")
     return _fit_environment(kind, scene, parts, probe)
-
-
-def relief(probe: StaticProbe, start: Geometry) -> Geometry:
-    """The probe's own distances as a `Relief` of at most `RELIEF_SIZE` rows, searched from ``start`` if it is a box.
-
-    Of what a texel sees the nearest counts: with means rays slip past the edges of what stands near. Where nothing is
-    at a finite distance it is the sphere at infinity.
-    """
-    inverse = inverse_chebyshev(probe.distance)
-    if not inverse.any():
-        return InfiniteSphere()
-    size = min(inverse.shape[-1], RELIEF_SIZE)
-    nearest = inverse.reshape(6, size, -1, size, inverse.shape[-1] // size).max((2, 4))
-    lower, upper = (start.lower, start.upper) if isinstance(start, Box) else ((-FAR_AWAY,) * 3, (FAR_AWAY,) * 3)
-    return Relief(nearest.astype(np.float16), lower, upper, probe.origin)
 
 
 def bounding_ellipsoid(scene: Scene, parts: Sequence[int]) -> Ellipsoid:

@@ -22,11 +22,20 @@ class RenderingMatrix:
 
 
 @dataclass(frozen=True)
+class Rows:
+    """Rows of a least-squares problem: what ``matrix`` times the texels should give, and each row's weight."""
+
+    matrix: RenderingMatrix
+    target: Float32[np.ndarray, "rows channels"]
+    weights: Float32[np.ndarray, "rows"]
+
+
+@dataclass(frozen=True)
 class Solution:
     """A least-squares solve: its value and how it went.
 
     ``relative_residual`` is ‖b - A·x‖ / ‖b‖ with the solve's row weights; ``seen_share`` the share of texels (of all
-    levels) that any sample sees.
+    levels) that any row of positive weight sees.
     """
 
     texels: Float32[np.ndarray, "texels channels"]

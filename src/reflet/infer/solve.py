@@ -1,5 +1,6 @@
 """Least-squares texels by preconditioned conjugate gradient."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,8 +8,8 @@ from jaxtyping import Bool, Float
 from numba import njit, prange
 
 from reflet.envmap.mip_chain import MipChain
-from reflet.infer.product import multiply_planar, transpose
-from reflet.infer.records import RenderingMatrix, Solution
+from reflet.infer.product import Gatherer, squared_columns
+from reflet.infer.records import Rows, Solution
 from reflet.infer.regularization import penalty_diagonal, penalty_gradient
 
 _RIDGE = 1e-6  # keeps the coarsest level, which the penalty does not hold, at its prior
@@ -29,9 +30,7 @@ class SolverSettings:
 
 
 def solve(
-    matrix: RenderingMatrix,
-    target: Float[np.ndarray, "rows channels"],
-    weights: Float[np.ndarray, "rows channels"],
+    rows: Collection[Rows],
     prior: Float[np.ndarray, "texels channels"],
     upper: Float[np.ndarray, "channels"],
     chain: MipChain,
@@ -40,80 +39,74 @@ def solve(
     """Texels x that minimize Σ weights·(A·x - target)² + regularization·‖G·(x - prior)‖², with 0 ≤ x ≤ ``upper``.
 
     Implements the inference of [Hakura01, sec. 4, "EM Inference"]: all mip levels at once, by conjugate gradient.
-    Starts at the prior. Each channel is a system of its own with a Jacobi preconditioner; a round stops at
-    ``tolerance`` times its first residual. Texels that a round drove out of their bounds are put back; the next one
-    holds those at a bound that the gradient would drive out again. Memory: about nine vectors of all texels and
-    channels in float32.
+    Starts at the prior. The sum goes over all blocks of ``rows``, which may be read from disk whenever they are asked
+    for; weights count beside the mean of those that are positive. Each channel is a system of its own with a Jacobi
+    preconditioner; a round stops at ``tolerance`` times its first residual. Texels that a round drove out of their
+    bounds are put back; the next one holds those at a bound that the gradient would drive out again. Memory: about
+    fourteen vectors of all texels and channels in float32, and one block of rows.
     """
-    system = _System(matrix, weights, chain, settings.regularization)
-    planar_target = np.ascontiguousarray(target.T, dtype=np.float32)
+    system = _System(rows, chain, settings.regularization)
     planar_prior = np.ascontiguousarray(prior.T, dtype=np.float32)
     change = np.zeros_like(planar_prior)
     limit = upper.astype(np.float32)[:, None]
     iterations = 0
     for most in settings.rounds:
-        residual = system.residual(planar_target, planar_prior, change)
+        residual, _ = system.residual(planar_prior, change)
         x = planar_prior + change
         free = ~(((x <= 0.0) & (residual < 0.0)) | ((x >= limit) & (residual > 0.0)))
         iterations += _conjugate_gradient(system, residual, change, free, most, settings.tolerance)
         change = np.clip(planar_prior + change, 0.0, limit) - planar_prior
-    x = planar_prior + change
     return Solution(
-        np.ascontiguousarray(x.T),
+        np.ascontiguousarray((planar_prior + change).T),
         iterations,
-        system.relative_residual(planar_target, x),
-        float(np.count_nonzero(np.diff(system.transposed.starts)) / chain.texel_count),
+        system.relative_residual(planar_prior, change),
+        system.seen_share,
     )
 
 
 class _System:
-    """The normal equations Aᵀ·W·A + λ·Gᵀ·G + ridge."""
+    """The normal equations Aᵀ·W·A + λ·Gᵀ·G + ridge, with λ and the ridge beside rows of mean weight 1."""
 
-    def __init__(
-        self, matrix: RenderingMatrix, weights: Float[np.ndarray, "rows channels"], chain: MipChain, penalty: float
-    ) -> None:
-        self.matrix, self.transposed, self.chain = matrix, transpose(matrix), chain
-        self.weights = np.ascontiguousarray(weights.T, dtype=np.float32)
-        self.penalty = np.float32(penalty)
-        t = self.transposed
-        squares = np.empty((len(self.weights), matrix.texel_count), np.float32)
-        multiply_planar(t.starts, t.columns, t.weights**2, self.weights, squares)
-        self.preconditioner = 1.0 / (squares + self.penalty * penalty_diagonal(chain) + np.float32(_RIDGE))
+    def __init__(self, rows: Collection[Rows], chain: MipChain, penalty: float) -> None:
+        self.rows, self.chain = rows, chain
+        squares, total, count, self.target_norm = np.zeros(chain.texel_count, np.float32), 0.0, 0, 0.0
+        for block in rows:
+            squared_columns(block, squares)
+            total += float(block.weights.sum(dtype=np.float64))
+            count += int(np.count_nonzero(block.weights))
+            self.target_norm += float((block.weights[:, None] * block.target**2).sum(dtype=np.float64))
+        mean = total / count if count else 1.0
+        self.penalty, self.ridge = np.float32(penalty * mean), np.float32(_RIDGE * mean)
+        self.preconditioner = 1.0 / (squares + self.penalty * penalty_diagonal(chain) + self.ridge)
+        self.seen_share = float(np.count_nonzero(squares) / chain.texel_count)
 
     def apply(self, x: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
         """The matrix of the normal equations times x."""
-        return self._gradient(self._rows(x) * self.weights, x)
+        gatherer = Gatherer(x.T)
+        for block in self.rows:
+            gatherer.add(block)
+        return self._with_penalty(gatherer, x)
 
     def residual(
-        self,
-        target: Float[np.ndarray, "channels rows"],
-        prior: Float[np.ndarray, "channels texels"],
-        change: Float[np.ndarray, "channels texels"],
-    ) -> Float[np.ndarray, "channels texels"]:
-        """Right-hand side minus left-hand side at x = prior + change."""
-        return -self._gradient((self._rows(prior + change) - target) * self.weights, change)
+        self, prior: Float[np.ndarray, "channels texels"], change: Float[np.ndarray, "channels texels"]
+    ) -> tuple[Float[np.ndarray, "channels texels"], float]:
+        """Right-hand side minus left-hand side at x = prior + change, and Σ weights·(A·x - target)²."""
+        gatherer = Gatherer((prior + change).T)
+        squares = sum(gatherer.add(block, minus_target=True) for block in self.rows)
+        return -self._with_penalty(gatherer, change), squares
 
     def relative_residual(
-        self, target: Float[np.ndarray, "channels rows"], x: Float[np.ndarray, "channels texels"]
+        self, prior: Float[np.ndarray, "channels texels"], change: Float[np.ndarray, "channels texels"]
     ) -> float:
         """‖target - A·x‖ / ‖target‖ with the rows' weights; 0 where there is nothing to match."""
-        norm = float((self.weights * target**2).sum(dtype=np.float64))
-        return (
-            float(np.sqrt((self.weights * (self._rows(x) - target) ** 2).sum(dtype=np.float64) / norm)) if norm else 0.0
-        )
+        return float(np.sqrt(self.residual(prior, change)[1] / self.target_norm)) if self.target_norm else 0.0
 
-    def _rows(self, x: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels rows"]:
-        out = np.empty(self.weights.shape, np.float32)
-        multiply_planar(self.matrix.starts, self.matrix.columns, self.matrix.weights, x, out)
-        return out
-
-    def _gradient(
-        self, rows: Float[np.ndarray, "channels rows"], change: Float[np.ndarray, "channels texels"]
+    def _with_penalty(
+        self, gatherer: Gatherer, change: Float[np.ndarray, "channels texels"]
     ) -> Float[np.ndarray, "channels texels"]:
-        out = np.empty((len(rows), self.chain.texel_count), np.float32)
-        multiply_planar(self.transposed.starts, self.transposed.columns, self.transposed.weights, rows, out)
+        out = gatherer.planar_sum()
         out += self.penalty * penalty_gradient(self.chain, change)
-        out += np.float32(_RIDGE) * change
+        out += self.ridge * change
         return out
 
 

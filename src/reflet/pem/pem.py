@@ -66,6 +66,11 @@ class Layer:
         return camera.view_from_world() if self.parameterization.is_view_dependent else np.eye(3)
 
 
+def shell_number(layers: Sequence[Layer], index: int) -> int:
+    """Which shell of its object a distant layer is, counted from the nearest."""
+    return sum(layer.kind == "distant" and layer.parts == layers[index].parts for layer in layers[:index])
+
+
 @dataclass(frozen=True)
 class ParameterizedEnvironmentMap:
     """Env maps for every sample of a parameter space, with the scene they belong to.

@@ -151,6 +151,12 @@ class _MapsOnDisk(Sequence[tuple[EnvMap, ...]]):
         )
 
 
+def read_sample(folder: Path, layers: Sequence[Layer], sample: int) -> tuple[EnvMap, ...]:
+    """The maps of one sample, which a bake that may be unfinished has written."""
+    files = (layout.map_file(sample, number, layer.name) for number, layer in enumerate(layers))
+    return tuple(_read_map(folder / file, layer) for file, layer in zip(files, layers, strict=True))
+
+
 def _read_map(path: Path, layer: Layer) -> EnvMap:
     file = read_ktx2(path)
     return EnvMap(file.chain, file.texels()[:, : layer.channels].astype(np.float32), layer.geometry)

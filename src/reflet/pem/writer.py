@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -98,6 +98,15 @@ class PemWriter:
             return None
         with np.load(path) as file:
             return dict(file)
+
+    def has_state(self, name: str) -> bool:
+        """Whether `load_state` would find something."""
+        return (self.folder / layout.STATE / f"{name}.npz").exists()
+
+    def drop_state(self, names: Iterable[str]) -> None:
+        """Forget arrays that are needed no more, where there are any."""
+        for name in names:
+            (self.folder / layout.STATE / f"{name}.npz").unlink(missing_ok=True)
 
     def finish(
         self,

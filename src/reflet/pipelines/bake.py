@@ -10,17 +10,16 @@ import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import psutil
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS, SHAPES, Ellipsoid, Geometry
+from reflet.envmap.geometry import KINDS, SHAPES
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import parameterization as parameterization_of
 from reflet.envmap.parameterizations.cube import CUBE
@@ -28,13 +27,17 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
-from reflet.infer.fit_geometry import em_origin, fit
-from reflet.infer.fit_local import TRIALS, fit_local_ellipsoid
 from reflet.infer.infer_layer import infer_layer
 from reflet.infer.prior import prior_texels
 from reflet.infer.records import Solution
-from reflet.pem.pem import Layer
+from reflet.infer.solve import SolverSettings
+from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
+from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, choose_distant
+from reflet.pipelines.baking.choose_fade import choose_fade
+from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
+from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
+from reflet.pipelines.baking.probes import probe_size, trace_probes
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
@@ -42,17 +45,19 @@ from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.views.camera import Camera
 from reflet.scene.views.framing import check_camera, frame_orbit
-from reflet.scene.views.parameter_space import ParameterSpace, orbit_space
+from reflet.scene.views.parameter_space import Axis, ParameterSpace, orbit_space
 from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 
-LOD_BIAS = -1.5
-PROBE_SPP = 64
-FIT_IMAGE_SIZE, FIT_MAP_SIZE, FIT_SPP, FIT_ELEVATION_DEG = 192, 64, 16, 10.0  # of the fit of local shapes
+LOD_BIAS = -2.0
+STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: sharper lookups show more of them
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 TIMINGS = "timings.jsonl"
+_HELD = 0.1  # regularization that holds a viewpoint's maps to the base: with less they are worse elsewhere
+Base = Literal["none", "static", "joint"]
 _PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
 
 
@@ -66,7 +71,10 @@ def bake(
     local_size: int | None = None,
     spp: int = 64,
     sample_count: int = 16,
-    distant: str = "box",
+    distant: str = AUTO,
+    shells: int | None = None,
+    static: bool = False,
+    joint_spacing_deg: float | None = None,
     local: str = "ellipsoid",
     variant: str = "llvm_ad_rgb",
     resume: bool = False,
@@ -78,24 +86,41 @@ def bake(
     maps lay directions out (`reflet.envmap.parameterizations.by_name`). The faces of distant maps have ``em_size`` rows
     (by default about as many texels in all as a cube of 256), those of local ones ``local_size`` (by default half as
     many: they hold less, and finer ones show other viewpoints worse). They are inferred for ``sample_count``
-    sub-samples a pixel from layers traced at ``spp`` samples a pixel. ``distant`` and ``local`` name geometries
-    (`reflet.envmap.geometry`). An environment too bright for half floats is dealt with as `with_holdable_light` says.
+    sub-samples a pixel from layers traced at ``spp`` samples a pixel.
+
+    ``distant`` names the geometry of the distant layer (`reflet.envmap.geometry`): with "relief" it is divided into
+    ``shells`` and with "auto" all of it is chosen (`choose_distant`). Its base, which serves all viewpoints, is
+    inferred from viewpoints at most ``joint_spacing_deg`` apart all around (`joint_points`); the samples' maps differ
+    from it as far as they show more. A shape as geometry is the paper's way: a map a viewpoint, and no base. ``static``
+    bakes static maps only, for all viewpoints, without any inference; a space without samples the base only. ``local``
+    is the shape of local layers. An environment too bright for half floats is dealt with as `with_holdable_light` says.
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
-    for layer, kind, kinds in (("distant", distant, KINDS), ("local", local, SHAPES)):
-        if kind not in kinds:
-            raise RefletError(f"The {layer} geometry is one of {', '.join(kinds)}; {kind} is none.")
+    if distant not in (AUTO, *KINDS):
+        raise RefletError(f"The distant geometry is one of {', '.join((AUTO, *KINDS))}; {distant} is none.")
+    if local not in SHAPES:
+        raise RefletError(f"The local geometry is one of {', '.join(SHAPES)}; {local} is none.")
     progress("prepare", 0, _PREPARATIONS)
     scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)
     em_size = em_size or default_size(laid_out)
-    chains = {"distant": MipChain(em_size, laid_out), "local": MipChain(local_size or max(em_size // 2, 1), laid_out)}
+    chain, local_chain = MipChain(em_size, laid_out), MipChain(local_size or max(em_size // 2, 1), laid_out)
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
+    base_kind: Base = "joint"
+    if static:
+        space, base_kind = ParameterSpace((Axis("azimuth_deg", ()),), space.orbit), "static"
+    elif laid_out.is_view_dependent or (distant in SHAPES and space.sample_count):
+        base_kind = "none"
+    if laid_out.is_view_dependent and not space.sample_count:
+        raise RefletError(
+            f"A {laid_out.name} serves one viewpoint only; choose another parameterization, or a viewpoint."
+        )
+    lod_bias = STATIC_LOD_BIAS if static else LOD_BIAS
     _check_memory(
-        max(chain.texel_count for chain in chains.values()),
+        max(chain.texel_count, local_chain.texel_count),
         space.orbit.image_size**2 * sample_count,
         scene.triangle_offsets[-1],
     )
@@ -107,11 +132,14 @@ def bake(
         "space": asdict(space),
         "parameterization": parameterization,
         "em_size": em_size,
-        "local_size": chains["local"].size,
+        "local_size": local_chain.size,
         "spp": spp,
         "sample_count": sample_count,
-        "lod_bias": LOD_BIAS,
+        "lod_bias": lod_bias,
         "distant": distant,
+        "shells": shells,
+        "base": base_kind,
+        "joint_spacing_deg": joint_spacing_deg,
         "local": local,
         "variant": variant,
     }
@@ -124,17 +152,44 @@ def bake(
     on_hull = hull_triangles(scene)
     progress("prepare", 2, _PREPARATIONS)
     tracer = _tracer_with_irradiance(scene, variant, spp, writer, progress)
-    probes = trace_probes(tracer, probe_size(chains["distant"]), writer, progress)
-    layers = plan_layers(scene, probes, on_hull, distant, local, chains)
-    layers = fit_local_layers(tracer, space, layers, on_hull, writer, progress)
+    choices = choose_distant(tracer, space, distant, shells, progress)
+    divided = [choice.shells for choice in choices]
+    probes = trace_probes(tracer, divided, probe_size(chain), writer, progress)
+    distant_layers = plan_distant_layers(scene, probes, [choice.kinds for choice in choices], chain)
+    local_layers: tuple[Layer, ...] = ()
+    if space.sample_count:
+        local_layers = plan_local_layers(scene, probes, on_hull, local, local_chain)
+        local_layers = fit_local_layers(tracer, space, local_layers, on_hull, writer, lod_bias, progress)
+    layers = distant_layers + local_layers
+    statistics: dict[str, Any] = {"spp": spp, "distant": [_told(choice) for choice in choices]}
+
+    base: list[EnvMap] = []
+    if base_kind != "none":
+        base = [
+            EnvMap(layer.chain, texels, layer.geometry)
+            for layer, texels in zip(distant_layers, static_texels(scene, distant_layers, probes), strict=True)
+        ]
+    if base_kind == "joint":
+        points = joint_points(space, joint_spacing_deg)
+        began = time.perf_counter()
+        base, solutions = infer_joint_set(
+            tracer, space, points, distant_layers, base, divided, lod_bias, writer,
+            spp=spp, sample_count=sample_count, progress=progress,
+        )  # fmt: skip
+        _log(writer.folder, joint_seconds=time.perf_counter() - began, joint_viewpoints=len(points))
+        statistics["joint"] = {"viewpoints": len(points), "layers": [_statistics(each) for each in solutions]}
+
     for sample in range(space.sample_count):
         progress("viewpoints", sample, space.sample_count)
         if writer.has(sample):
             continue
         began = time.perf_counter()
-        view = tracer.view(space.camera(sample), spp=spp, sample_count=sample_count, seed=sample_seed(sample))
+        view = tracer.view(
+            space.camera(sample), spp=spp, sample_count=sample_count, seed=sample_seed(sample), shells=divided
+        )
         traced = time.perf_counter()
-        solutions = infer_view(scene, view, layers, probes, on_hull)
+        priors = [env_map.texels for env_map in base] or static_texels(scene, layers, probes, view.layers.camera)
+        solutions = infer_view(scene, view, layers, priors, on_hull, lod_bias, regularization=_HELD if base else None)
         maps = [
             EnvMap(layer.chain, solution.texels, layer.geometry)
             for layer, solution in zip(layers, solutions, strict=True)
@@ -144,6 +199,9 @@ def bake(
         _log(writer.folder, sample=sample, trace_seconds=traced - began, infer_seconds=inferred - traced)
         del view, solutions, maps
     progress("viewpoints", space.sample_count, space.sample_count)
+    fade_deg = 0.0
+    if base and space.sample_count:
+        fade_deg = choose_fade(tracer, space, layers, base, lod_bias, writer.folder, progress)
     progress("write", 0, 1)
     writer.finish(
         scene=scene,
@@ -151,9 +209,11 @@ def bake(
         space=space,
         layers=layers,
         on_hull=on_hull,
-        lod_bias=LOD_BIAS,
+        lod_bias=lod_bias,
         sample_count=sample_count,
-        statistics={"spp": spp},
+        statistics=statistics,
+        base=base,
+        fade_deg=fade_deg,
     )
     progress("write", 1, 1)
     return writer.folder
@@ -164,148 +224,46 @@ def default_size(parameterization: Parameterization) -> int:
     return equal_sampling_size(parameterization, 256**2 * valid_texels(CUBE), power_of_two=True)
 
 
-def probe_size(chain: MipChain) -> int:
-    """The size of a cube that holds no fewer texels than the maps whose prior it becomes; their own if they are cubes.
-
-    A power of two, like any.
-    """
-    texels = chain.size**2 * valid_texels(chain.parameterization)
-    return int(2 ** max(np.ceil(0.5 * np.log2(texels / valid_texels(CUBE)) - 1e-9), 0.0))
-
-
 def sample_seed(sample: int) -> int:
     """The random seed of one sample's rays: its own, whatever was traced before it."""
     return sample + 1
 
 
-def trace_probes(
-    tracer: Tracer, size: int, writer: PemWriter | None = None, progress: ProgressCallback = silent
-) -> list[StaticProbe]:
-    """The static env map of every object, seen from its EM origin; kept in the writer's state where one is given."""
-    probes = []
-    objects = tracer.scene.objects
-    for number, item in enumerate(objects):
-        progress("static maps", number, len(objects))
-        state = writer.load_state(f"static-{number}") if writer else None
-        if state is not None:
-            origin = state["origin"].tolist()
-            probes.append(StaticProbe((origin[0], origin[1], origin[2]), state["texels"], state["distance"]))
-            continue
-        probe = tracer.probe(number, em_origin(tracer.scene, item.parts), size=size, spp=PROBE_SPP)
-        if writer:
-            writer.save_state(
-                f"static-{number}", origin=np.array(probe.origin), texels=probe.texels, distance=probe.distance
-            )
-        probes.append(probe)
-    progress("static maps", len(objects), len(objects))
-    return probes
-
-
-def plan_layers(
-    scene: Scene,
-    probes: Sequence[StaticProbe],
-    on_hull: Bool[np.ndarray, "triangles"],
-    distant: str,
-    local: str,
-    chains: dict[str, MipChain],
-) -> tuple[Layer, ...]:
-    """One distant layer for each object, and a local one for each of its parts that is not all on the convex hull."""
-    layers = []
-    for item, probe in zip(scene.objects, probes, strict=True):
-        geometry = fit(distant, scene, item.parts, probe)
-        layers.append(_layer("distant", item.name, item.parts, geometry, chains))
-        for part in item.parts:
-            if on_hull[scene.triangle_offsets[part] : scene.triangle_offsets[part + 1]].all():
-                continue
-            # Hemisphere and box around a part make no sense without what lies beyond it: they are fitted to the room.
-            around = None if local in ("ellipsoid", "sphere", "infinite_sphere") else probe
-            geometry = fit(local, scene, (part,), around)
-            layers.append(_layer("local", scene.parts[part].name, (part,), geometry, chains))
-    return tuple(layers)
-
-
-def _layer(
-    kind: Literal["distant", "local"], of: str, parts: tuple[int, ...], geometry: Geometry, chains: dict[str, MipChain]
-) -> Layer:
-    return Layer(f"{of} {kind}", kind, parts, geometry, chains[kind].size, chains[kind].parameterization)
-
-
-def fit_local_layers(
-    tracer: Tracer,
-    space: ParameterSpace,
-    layers: tuple[Layer, ...],
-    on_hull: Bool[np.ndarray, "triangles"],
-    writer: PemWriter,
-    progress: ProgressCallback = silent,
-) -> tuple[Layer, ...]:
-    """The layers with their local ellipsoids fitted to small pictures of what the parts reflect of their object.
-
-    The pictures are taken at the middle sample, where maps are tried, at the first one, and above the middle, so that
-    the shapes hold off the samples too. What was fitted is kept in the writer's state.
-    """
-    points = space.points()
-    middle = points[len(points) // 2]
-    above = middle.get("elevation_deg", space.orbit.elevation_deg) + FIT_ELEVATION_DEG
-    small = replace(space.orbit, image_size=min(space.orbit.image_size, FIT_IMAGE_SIZE))
-    to_fit = [layer.kind == "local" and type(layer.geometry) is Ellipsoid for layer in layers]
-    steps, done = TRIALS * sum(to_fit), 0
-    progress("local shapes", 0, steps)
-    views = []
-    for at in (middle, points[0], {**middle, "elevation_deg": min(above, 80.0)}):
-        view = tracer.view(small.camera(at), spp=FIT_SPP, sample_count=4, seed=0)
-        views.append((gbuffer_from_visibility(tracer.scene, view.visibility), view.layers))
-    fitted = []
+def static_texels(
+    scene: Scene, layers: Sequence[Layer], probes: Sequence[StaticProbe], camera: Camera | None = None
+) -> list[Float[np.ndarray, "texels channels"]]:
+    """The static map of every distant layer, laid out as its maps are; view-dependent ones as at ``camera``."""
+    texels = []
     for number, layer in enumerate(layers):
-        geometry = layer.geometry
-        if to_fit[number] and type(geometry) is Ellipsoid:
-            state = writer.load_state(f"shape-{number}")
-            if state is None:
-                chain = MipChain(min(layer.size, FIT_MAP_SIZE))
-                geometry = fit_local_ellipsoid(
-                    geometry,
-                    views,
-                    layer.parts[0],
-                    on_hull,
-                    LOD_BIAS,
-                    chain,
-                    progress=partial(_trial, progress, done, steps),
-                )
-                state = {"centre": np.array(geometry.centre), "radii": np.array(geometry.radii)}
-                writer.save_state(f"shape-{number}", **state)
-            centre, radii = (tuple(state[name].tolist()) for name in ("centre", "radii"))
-            geometry = Ellipsoid(centre, radii, centre)
-            done += TRIALS
-            progress("local shapes", done, steps)
-        fitted.append(replace(layer, geometry=geometry))
-    return tuple(fitted)
-
-
-def _trial(progress: ProgressCallback, before: int, steps: int, trial: int) -> None:
-    progress("local shapes", before + trial, steps)
+        if layer.kind == "distant":
+            probe = probes[scene.object_of_part[layer.parts[0]]]
+            shell = probe.shells[shell_number(layers, number)].texels
+            frame = np.eye(3) if camera is None else layer.map_from_world(camera)
+            texels.append(prior_texels(probe.chain, shell, layer.chain, frame))
+    return texels
 
 
 def infer_view(
     scene: Scene,
     view: TracedView,
     layers: Sequence[Layer],
-    probes: Sequence[StaticProbe],
+    priors: Sequence[Float[np.ndarray, "texels channels"]],
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float = LOD_BIAS,
     *,
+    regularization: float | None = None,
     single_layer: bool = False,
 ) -> list[Solution]:
-    """The maps of all layers at one traced view. Distant ones start from their object's static map.
+    """The maps of all layers at one traced view.
 
-    In a PEM of a ``single_layer`` the distant maps show the local reflections too.
+    ``priors`` are those of the distant layers, in their order, to which ``regularization`` holds them (by default as
+    `infer_layer` does). In a PEM of a ``single_layer`` the distant maps show the local reflections too.
     """
     gbuffer = gbuffer_from_visibility(scene, view.visibility)
+    prior = iter(priors)
     solutions = []
-    for layer in layers:
-        map_from_world = layer.map_from_world(view.layers.camera)
-        prior = None
-        if layer.kind == "distant":
-            probe = probes[scene.object_of_part[layer.parts[0]]]
-            prior = prior_texels(probe.chain, probe.texels, layer.chain, map_from_world)
+    for number, layer in enumerate(layers):
+        distant = layer.kind == "distant"
         solutions.append(
             infer_layer(
                 "combined" if single_layer else layer.kind,
@@ -315,9 +273,12 @@ def infer_view(
                 layer.geometry,
                 layer.chain,
                 lod_bias,
-                prior=prior,
+                shell=shell_number(layers, number),
+                channels=layer.channels,
+                prior=next(prior) if distant else None,
                 on_hull=on_hull,
-                map_from_world=map_from_world,
+                map_from_world=layer.map_from_world(view.layers.camera),
+                settings=SolverSettings(regularization) if distant and regularization is not None else None,
             )
         )
     return solutions
@@ -355,6 +316,12 @@ def _tracer_with_irradiance(
     tracer = Tracer(scene, variant=variant, irradiance_spp=IRRADIANCE_SPP * spp, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
+
+
+def _told(choice: DistantChoice) -> dict[str, Any]:
+    """A choice with its trials, as statistics say it."""
+    trials = [asdict(trial) for trial in choice.trials]
+    return {"kinds": list(choice.kinds), "ends": list(choice.shells.ends), "trials": trials}
 
 
 def _statistics(solution: Solution) -> dict[str, Any]:

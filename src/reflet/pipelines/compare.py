@@ -15,12 +15,12 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.mip_chain import MipChain
 from reflet.files.pictures.exr import write_exr
-from reflet.infer.fit_geometry import fit
-from reflet.infer.prior import prior_texels
+from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.pipelines.bake import infer_view, probe_size, sample_seed, trace_probes
+from reflet.pipelines.bake import STATIC_LOD_BIAS, infer_view, sample_seed, static_texels
+from reflet.pipelines.baking.plan_layers import plan_distant_layers
+from reflet.pipelines.baking.probes import probe_size, shells_of, trace_probes
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
 from reflet.render.playback.renderer import Renderer
@@ -28,14 +28,17 @@ from reflet.report.comparison import Comparison, Exhibit
 from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, squared_error
 from reflet.report.tally import Tally
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.trace.compose import compose
-from reflet.trace.layers import SegmentedLayers, StaticProbe
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace, orbit_space
+from reflet.trace.compose import compose, object_radiance, object_under_distant
+from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
 
 MOST_SAMPLES = 3
 REFERENCE_SEED = 1_000_000  # far above any sample's
+PAPERS_LOD_BIAS = -1.5  # best for maps of one viewpoint each
 HIGHEST_DEG = 89.0  # a camera at the zenith has no upright picture
+_ORBIT_SPACING_DEG = 2.0  # of viewpoints that stand for samples
+_DOME_BESIDE_DEG, _DOME_ELEVATIONS_DEG = 20.0, (12.0, 52.0)
 GEOMETRIES = {"infinite": "infinite_sphere", "sphere": "sphere", "ellipsoid": "ellipsoid", "box": "box"}
 
 Radiance = Float32[np.ndarray, "height width 3"]
@@ -79,14 +82,15 @@ def compare(
     images: str | Path | None = None,
     progress: ProgressCallback = silent,
 ) -> Comparison:
-    """Measures a PEM and its rivals at up to three samples, halfway between them, and 10° and 20° above them.
+    """Measures a PEM and its rivals at up to three samples, halfway between them, 10° and 20° above them, and at twelve
+    viewpoints of a dome around them.
 
-    ``samples`` a pixel are shown (default: those that the maps were inferred for). Rivals are inferred at the same
-    samples from the same layers (``trace_spp`` defaults to the bake's); static maps are seen from the object's centre.
-    The reference has ``reference_spp`` samples a pixel. With ``images`` the pictures behind each number are written
-    into that folder: ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object,
-    zero where the mask is), and reference-picture and layered-picture (everything). Holds about 20 bytes a pixel and
-    view, and the rivals' maps.
+    Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (default: those
+    that the maps were inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp``
+    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples
+    a pixel. With ``images`` the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr``
+    with what = reference, mask, or a method (radiance of the object, zero where the mask is), and reference-picture and
+    layered-picture (everything). Holds about 20 bytes a pixel and view, and the rivals' maps.
     """
     samples = samples or pem.sample_count
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
@@ -94,7 +98,8 @@ def compare(
     progress("prepare", 0, 2)
     tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
     progress("prepare", 1, 2)
-    orbit = _subspace(pem.space, _samples(pem.space))
+    space = _compared_space(pem.space)
+    orbit = _subspace(space, _samples(space))
     azimuths = orbit.axes[0].values
     views = _views(orbit.orbit, azimuths)
     tally = Tally()
@@ -109,7 +114,12 @@ def compare(
         if folder:
             _write(folder, reference, method, image)
 
-    renderer = Renderer(pem)
+    renderer, static = Renderer(pem), Renderer(_static_shells(pem, tracer))
+    distant_layers: list[tuple[str, Renderer, float | None]] = [
+        ("distant-only", renderer, None),
+        *([("distant-only-joint", renderer, 1.0)] if pem.base else []),
+        ("distant-only-static", static, None),
+    ]
     progress("prepare", 2, 2)
     for number, view in enumerate(views):
         progress("reference and layered", number, len(views))
@@ -119,8 +129,10 @@ def compare(
         reference = _Reference(view, *object_radiance(layers))
         references.append(reference)
         measure("layered", reference, straight(renderer.frame(view.camera, what="object", samples=samples)))
-        distant = straight(renderer.layer_image(view.camera, "distant", samples=samples))
-        measure("distant-only", reference, object_under_distant(layers, distant))
+        measure("static-shells", reference, straight(static.frame(view.camera, what="object", samples=samples)))
+        for method, drawn_by, base in distant_layers:
+            distant = straight(drawn_by.layer_image(view.camera, "distant", samples=samples, base=base))
+            measure(method, reference, object_under_distant(layers, distant))
         traced, shown = compose(layers), renderer.frame(view.camera, samples=samples)[..., :3]
         if whole is None or (view.where, view.number) == ("between", 0):
             whole = traced, shown
@@ -132,9 +144,9 @@ def compare(
         del layers
     progress("reference and layered", len(views), len(views))
     adapter = adapter_name(renderer.device)
-    del renderer
+    del renderer, static, distant_layers
     noise = _noise_floor(tracer, references[0], reference_spp)
-    for method, rival in _rivals(pem, tracer, trace_spp, progress):
+    for method, rival in _rivals(pem, space, tracer, trace_spp, progress):
         renderer = Renderer(rival)
         for reference in references:
             image = straight(renderer.frame(reference.view.camera, what="object", samples=samples))
@@ -162,6 +174,21 @@ def compare(
     }
     assert whole is not None  # there is at least one view
     return Comparison(tally.results(spacing, elevations), exhibits, context, *whole)
+
+
+def _compared_space(space: ParameterSpace) -> ParameterSpace:
+    """The space, with as many samples as are compared if it has none."""
+    return space if space.sample_count else orbit_space(space.orbit, MOST_SAMPLES, _ORBIT_SPACING_DEG)
+
+
+def _static_shells(pem: ParameterizedEnvironmentMap, tracer: Tracer) -> ParameterizedEnvironmentMap:
+    """The PEM's shells as static maps alone, shown as `bake` shows them."""
+    layers = tuple(pem.layers[index] for index in pem.distant_layers)
+    probes = trace_probes(tracer, shells_of(pem.scene, layers), probe_size(layers[0].chain))
+    camera = None if pem.space.sample_count == 0 else pem.space.camera(0)
+    base = _env_maps(layers, static_texels(pem.scene, layers, probes, camera))
+    space = ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit)
+    return replace(pem, space=space, layers=layers, maps=[], base=base, lod_bias=STATIC_LOD_BIAS)
 
 
 def _samples(space: ParameterSpace) -> list[int]:
@@ -198,35 +225,30 @@ def _views(orbit: Orbit, azimuths: Sequence[float]) -> list[_View]:
     for where, (angles, rise) in plan.items():
         for number, azimuth in enumerate(angles):
             elevation = min(orbit.elevation_deg + rise, max(HIGHEST_DEG, orbit.elevation_deg))
-            camera = orbit.camera({"azimuth_deg": azimuth, "elevation_deg": elevation})
-            views.append(_View(where, number, azimuth, elevation, camera))
+            views.append(_view(orbit, where, number, azimuth, elevation))
+    views += [_view(orbit, "dome", number, *point) for number, point in enumerate(dome_points(azimuths))]
     return views
 
 
-def object_radiance(layers: SegmentedLayers) -> tuple[Radiance, Float32[np.ndarray, "height width"]]:
-    """Radiance of the object alone, mean over what covers each pixel, and that coverage."""
-    return _mean_over_parts(layers, layers.diffuse + layers.combined)
+def _view(orbit: Orbit, where: str, number: int, azimuth: float, elevation: float) -> _View:
+    camera = orbit.camera({"azimuth_deg": azimuth, "elevation_deg": elevation})
+    return _View(where, number, azimuth, elevation, camera)
 
 
-def object_under_distant(layers: SegmentedLayers, distant: Radiance) -> Radiance:
-    """The object with its traced local layer over a distant layer that comes from maps."""
-    seen = distant.reshape(-1, 3)[layers.pixel]
-    values = layers.diffuse + layers.fresnel * (layers.local + (1.0 - layers.alpha[:, None]) * seen)
-    return _mean_over_parts(layers, values)[0]
-
-
-def _mean_over_parts(
-    layers: SegmentedLayers, values: Float32[np.ndarray, "rows 3"]
-) -> tuple[Radiance, Float32[np.ndarray, "height width"]]:
-    """Per pixel, the mean of the rows' values by coverage, and the sum of the coverages."""
-    height, width = layers.surroundings.shape[:2]
-    coverage = np.bincount(layers.pixel, layers.coverage, height * width)
-    sums = [np.bincount(layers.pixel, layers.coverage * values[:, channel], height * width) for channel in range(3)]
-    radiance = np.stack(sums, -1) / np.maximum(coverage, 1e-9)[:, None]
-    return (
-        radiance.astype(np.float32).reshape(height, width, 3),
-        coverage.astype(np.float32).reshape(height, width),
-    )
+def dome_points(azimuths: Sequence[float]) -> list[tuple[float, float]]:
+    """Azimuth and elevation of seeded random viewpoints, one in each cell of a grid of 4 × 3: up to 20° beside the
+    sampled azimuths, at elevations from 12° to 52°."""
+    columns, rows = 4, 3
+    across = np.linspace(min(azimuths) - _DOME_BESIDE_DEG, max(azimuths) + _DOME_BESIDE_DEG, columns + 1)
+    up = np.linspace(*_DOME_ELEVATIONS_DEG, rows + 1)
+    share = np.random.default_rng(7).random((columns * rows, 2))
+    return [
+        (
+            float(across[k // rows] + share[k, 0] * (across[1] - across[0])),
+            float(up[k % rows] + share[k, 1] * (up[1] - up[0])),
+        )
+        for k in range(columns * rows)
+    ]
 
 
 def straight(image: Float32[np.ndarray, "height width 4"]) -> Radiance:
@@ -245,50 +267,37 @@ def _noise_floor(tracer: Tracer, reference: _Reference, spp: int) -> float:
 
 
 def _rivals(
-    pem: ParameterizedEnvironmentMap, tracer: Tracer, spp: int, progress: ProgressCallback
+    pem: ParameterizedEnvironmentMap, space: ParameterSpace, tracer: Tracer, spp: int, progress: ProgressCallback
 ) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
     """Single-layer PEMs of every geometry, inferred at the samples compared, then static maps."""
-    chain = next(layer.chain for layer in pem.layers if layer.kind == "distant")
-    probes = trace_probes(tracer, probe_size(chain))
-    plans = {short: _one_layer(pem, probes, kind, chain) for short, kind in GEOMETRIES.items()}
-    samples = _samples(pem.space)
+    chain = pem.layers[pem.distant_layers[0]].chain
+    undivided = [Shells(em_origin(pem.scene, item.parts)) for item in pem.scene.objects]
+    probes = trace_probes(tracer, undivided, probe_size(chain))
+    plans = {
+        short: plan_distant_layers(pem.scene, probes, [(kind,)] * len(probes), chain)
+        for short, kind in GEOMETRIES.items()
+    }
+    samples = _samples(space)
     maps: dict[str, list[tuple[EnvMap, ...]]] = {short: [] for short in GEOMETRIES}
     for number, sample in enumerate(samples):
         progress("rivals", number, len(samples))
-        view = tracer.view(pem.space.camera(sample), spp=spp, sample_count=pem.sample_count, seed=sample_seed(sample))
+        view = tracer.view(space.camera(sample), spp=spp, sample_count=pem.sample_count, seed=sample_seed(sample))
         for short, plan in plans.items():
-            solutions = infer_view(pem.scene, view, plan, probes, pem.on_hull, pem.lod_bias, single_layer=True)
+            priors = static_texels(pem.scene, plan, probes, view.layers.camera)
+            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, PAPERS_LOD_BIAS, single_layer=True)
             maps[short].append(_env_maps(plan, [solution.texels for solution in solutions]))
         del view
     progress("rivals", len(samples), len(samples))
-    space = _subspace(pem.space, samples)
+    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=PAPERS_LOD_BIAS)
     for short, plan in plans.items():
-        yield f"single-{short}", replace(pem, space=space, layers=plan, maps=maps.pop(short))
+        yield f"single-{short}", replace(papers, layers=plan, maps=maps.pop(short))
     for short in ("infinite", "box"):
-        frames = [layer.map_from_world(pem.space.camera(samples[0])) for layer in plans[short]]
-        texels = [prior_texels(p.chain, p.texels, chain, frame) for p, frame in zip(probes, frames, strict=True)]
-        static = _env_maps(plans[short], texels)
+        camera = space.camera(samples[0])
+        static = _env_maps(plans[short], static_texels(pem.scene, plans[short], probes, camera))
         yield (
             f"static-{short}",
-            replace(pem, space=_subspace(pem.space, samples[:1]), layers=plans[short], maps=[static]),
+            replace(papers, space=_subspace(space, samples[:1]), layers=plans[short], maps=[static]),
         )
-
-
-def _one_layer(
-    pem: ParameterizedEnvironmentMap, probes: Sequence[StaticProbe], kind: str, chain: MipChain
-) -> tuple[Layer, ...]:
-    """One layer for each object, fitted to what is around it."""
-    return tuple(
-        Layer(
-            item.name,
-            "distant",
-            item.parts,
-            fit(kind, pem.scene, item.parts, probe),
-            chain.size,
-            chain.parameterization,
-        )
-        for item, probe in zip(pem.scene.objects, probes, strict=True)
-    )
 
 
 def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels 3"]]) -> tuple[EnvMap, ...]:

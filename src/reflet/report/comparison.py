@@ -6,10 +6,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
-# Every method with the words that figures and tables use for it, in their order.
+# Every method with the words that figures and tables use for it, in their order. The distant layer alone lies under the
+# true local layer: it is measured without what else may be wrong.
 METHODS = {
     "layered": "layered PEM",
     "distant-only": "distant layer alone",
+    "distant-only-joint": "distant layer alone, joint",
+    "distant-only-static": "distant layer alone, static",
+    "static-shells": "static shells",
     "single-infinite": "single-layer PEM, infinite",
     "single-sphere": "single-layer PEM, sphere",
     "single-ellipsoid": "single-layer PEM, ellipsoid",
@@ -22,6 +26,7 @@ PLACES = {
     "between": "between samples",
     "above-10": "10° above",
     "above-20": "20° above",
+    "dome": "around",
 }
 
 
@@ -82,6 +87,11 @@ class Comparison:
             if (result.where, result.method) == (where, method):
                 return result
         raise KeyError((where, method))
+
+    @property
+    def methods(self) -> list[str]:
+        """What was compared, in the order of `METHODS`; a PEM without a base has no joint set."""
+        return [method for method in METHODS if any(result.method == method for result in self.results)]
 
     def as_json(self) -> dict[str, Any]:
         """The circumstances and, under ``results``, one record for each place and method."""

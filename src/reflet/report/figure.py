@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit
 from reflet.report.measures import EXPOSURE, bounding_box, flip_map, tone_map
 
-COLUMNS = tuple(method for method in METHODS if method != "distant-only")
 BACKGROUND = 0.96  # display value behind the object
 ERROR_MAX = 0.5  # FLIP error at the top of the colour scale: such a pixel is plainly wrong
 ERROR_COLOURS = colormaps["magma"]
@@ -28,7 +27,8 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
     error images, with display PSNR, SSIM and FLIP (over all views of the place) as captions.
     """
     exhibits = comparison.exhibits
-    columns = 1 + len(COLUMNS)
+    shown = [method for method in comparison.methods if not method.startswith("distant-only")]
+    columns = 1 + len(shown)
     aspects = [exhibit.coverage.shape[0] / exhibit.coverage.shape[1] for exhibit in exhibits]
     heights = [TITLE]
     for aspect in aspects:
@@ -44,14 +44,14 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
         return axes
 
     _write(cell(0, 0), 0.5, "ray traced", size=8.4, weight="bold")
-    for column, method in enumerate(COLUMNS, start=1):
+    for column, method in enumerate(shown, start=1):
         title = METHODS[method].replace(", ", "\n")
         _write(cell(0, column), 0.5, title, size=8.4, weight="bold" if method == "layered" else "normal")
     for place, exhibit in enumerate(exhibits):
         row = 1 + 3 * place
         cell(row, 0).imshow(_over_background(exhibit.reference, exhibit, exposure))
         _describe(cell(row + 1, 0), exhibit)
-        results = [comparison.result(exhibit.where, method) for method in COLUMNS]
+        results = [comparison.result(exhibit.where, method) for method in shown]
         best = max(result.psnr_display for result in results)
         for column, result in enumerate(results, start=1):
             picture = exhibit.pictures[result.method]

@@ -17,9 +17,9 @@ def comparison_table(comparison: Comparison) -> str:
     table = Table("display PSNR, dB", box=box.SIMPLE_HEAD)
     for place in places:
         table.add_column(PLACES[place], justify="right")
-    for method, words in METHODS.items():
+    for method in comparison.methods:
         values = (f"{comparison.result(place, method).psnr_display:.2f}" for place in places)
-        table.add_row(words, *values, style="bold" if method == "layered" else None)
+        table.add_row(METHODS[method], *values, style="bold" if method == "layered" else None)
     return table_text(table)
 
 

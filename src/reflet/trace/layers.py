@@ -11,6 +11,23 @@ from reflet.scene.views.camera import Camera
 
 
 @dataclass(frozen=True)
+class Shells:
+    """How an object's distant surroundings are divided: by distance from ``origin``, at ``ends`` in metres, increasing.
+
+    A ray's light in a shell is that of its first hit beyond the shell's beginning, with all nearer ones taken away,
+    where this hit lies before the shell's end; the last shell has no end, and what is infinitely far belongs to it.
+    """
+
+    origin: tuple[float, float, float]
+    ends: tuple[float, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of shells."""
+        return len(self.ends) + 1
+
+
+@dataclass(frozen=True)
 class SegmentedLayers:
     """The layers of all reflective parts in one picture [Hakura01, sec. 4, Figure 4].
 
@@ -19,7 +36,8 @@ class SegmentedLayers:
     ``surroundings + Σ coverage·(diffuse + fresnel·(local + (1 - alpha)·distant))``. Radiance is linear Rec. 709;
     ``local`` is premultiplied by ``alpha``. ``surroundings`` (radiance times its own coverage) holds everything that
     does not reflect, seen directly. ``combined`` is the mean of fresnel·(local + (1 - alpha)·distant) taken sample by
-    sample: what the reflection truly shows.
+    sample: what the reflection truly shows. ``shells`` is the distant layer shell by shell, the nearest first:
+    premultiplied radiance and alpha (`Shells`); zero where another object has more of them.
     """
 
     camera: Camera
@@ -32,6 +50,7 @@ class SegmentedLayers:
     local: Float32[np.ndarray, "rows 3"]
     alpha: Float32[np.ndarray, "rows"]
     combined: Float32[np.ndarray, "rows 3"]
+    shells: Float32[np.ndarray, "rows shells 4"]
     surroundings: Float32[np.ndarray, "height width 3"]
 
 
@@ -49,14 +68,30 @@ class StaticProbe:
 
     ``texels`` hold radiance at all mip levels of a cube (finest traced, the others solid-angle weighted means), ordered
     as `MipChain` says; ``distance`` is in metres along the unit direction of each finest texel's centre, infinite
-    where the ray leaves the scene.
+    where the ray leaves the scene. ``layout`` says how ``shells`` divide it: each as seen with the nearer ones taken
+    away.
     """
 
-    origin: tuple[float, float, float]
     texels: Float32[np.ndarray, "texels 3"]
     distance: Float32[np.ndarray, "6 size size"]
+    layout: Shells
+    shells: tuple["ShellProbe", ...]
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Where it is seen from, in metres."""
+        return self.layout.origin
 
     @property
     def chain(self) -> MipChain:
         """The order of the texels."""
         return MipChain(self.distance.shape[1])
+
+
+@dataclass(frozen=True)
+class ShellProbe:
+    """One shell of a `StaticProbe`: ``texels`` of 4 channels, premultiplied radiance and alpha (the last shell's of 3),
+    and ``distance``, infinite where the shell is empty."""
+
+    texels: Float32[np.ndarray, "texels channels"]
+    distance: Float32[np.ndarray, "6 size size"]

@@ -25,7 +25,7 @@ def shifts(key, seed):  # type: ignore[no-untyped-def]
     return mi.Float(bits >> 8) * 2.0**-24
 
 
-def block_means(light, count: int) -> Float32[np.ndarray, "blocks 3"]:  # type: ignore[no-untyped-def]
-    """Means over blocks of ``count`` neighbouring lanes of three channels."""
+def block_means(light, count: int) -> Float32[np.ndarray, "blocks channels"]:  # type: ignore[no-untyped-def]
+    """Means over blocks of ``count`` neighbouring lanes of all channels."""
     dr.eval(light)  # all at once, else every channel's sum would trace anew
     return np.stack([dr.block_sum(channel, count).numpy() for channel in light], -1) / np.float32(count)

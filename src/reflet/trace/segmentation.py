@@ -1,5 +1,7 @@
 """Segmented ray tracing: one picture as separate layers per reflective part [Hakura01, sec. 4]."""
 
+from collections.abc import Sequence
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -9,28 +11,30 @@ from numba import njit, prange
 from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.layers import SegmentedLayers
+from reflet.trace.layers import SegmentedLayers, Shells
 from reflet.trace.light.radiance import arrive, leave, radiance
+from reflet.trace.peel import Met, first_met, peeled
 from reflet.trace.sampling import block_means
-from reflet.trace.surface import environment_radiance
 from reflet.trace.visible import candidates
 
 NOTHING = 0xFFFFFFFF
 MANY_PARTS, FEW_PIXELS = 64, 256
-CHANNELS = 16  # diffuse, fresnel, distant, local, combined (3 each), alpha
+CHANNELS = 16  # diffuse, fresnel, distant, local, combined (3 each), alpha; four more a shell follow
 
 
 def segmented_layers(
-    device: DeviceScene, camera: Camera, spp: int, seed: int, surroundings: bool = True
+    device: DeviceScene, camera: Camera, spp: int, seed: int, surroundings: bool, shells: Sequence[Shells]
 ) -> SegmentedLayers:
     """The layers of all reflective parts, at ``spp`` antialiasing samples a pixel.
 
     Samples are a shifted Hammersley set per pixel, from ``seed`` and the pixel alone: the same call gives the same
     bytes in any process. Without ``surroundings`` that image is black and only the objects' pixels are traced.
+    ``shells`` divide the distant layer of each object.
     Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object.
     """
     rays = CameraRays(camera, spp, seed)
-    rows = [_object_rows(device, rays, index) for index in range(len(device.scene.objects))]
+    most = max(each.count for each in shells)
+    rows = [_object_rows(device, rays, index, each, most) for index, each in enumerate(shells)]
     pixel, part, values, share = (np.concatenate(column) for column in zip(*rows, strict=True))
     order = np.lexsort((part, pixel))
     pixel, part, values, share = pixel[order], part[order], values[order], share[order]
@@ -46,18 +50,22 @@ def segmented_layers(
         local=local,
         alpha=np.ascontiguousarray(values[:, 15]),
         combined=combined,
+        shells=np.ascontiguousarray(values[:, CHANNELS:]).reshape(len(values), most, 4),
         surroundings=_surroundings(device, rays, surroundings),
     )
 
 
-def _object_rows(device: DeviceScene, rays: CameraRays, index: int) -> tuple[np.ndarray, ...]:
-    """Rows of one object: pixel, part, `CHANNELS` means and coverage, by pixel and then part."""
+def _object_rows(
+    device: DeviceScene, rays: CameraRays, index: int, shells: Shells, most: int
+) -> tuple[np.ndarray, ...]:
+    """Rows of one object: pixel, part, means of `CHANNELS` and of ``most`` shells, and coverage; by pixel and part."""
+    channel_count = CHANNELS + 4 * most
     pixels = candidates(device, rays.camera, index)
     parts = np.array(device.scene.objects[index].parts, np.int32)
     slot_of_part = np.full(len(device.scene.parts), -1, np.int32)
-    found = [(np.zeros(0, np.int32),) * 2 + (np.zeros((0, CHANNELS), np.float32), np.zeros(0, np.float32))]
+    found = [(np.zeros(0, np.int32),) * 2 + (np.zeros((0, channel_count), np.float32), np.zeros(0, np.float32))]
     for batch in rays.batches(pixels):
-        part, channels = _trace_batch(device, rays, index, batch)
+        part, channels = _trace_batch(device, rays, index, batch, shells)
         # sums are kept for each pixel and part: where parts are many, for few pixels and what they see at a time
         step = len(batch) if len(parts) <= MANY_PARTS else FEW_PIXELS
         for first in range(0, len(batch), step):
@@ -65,7 +73,7 @@ def _object_rows(device: DeviceScene, rays: CameraRays, index: int) -> tuple[np.
             some = parts if len(parts) <= MANY_PARTS else np.intersect1d(parts, part[span].astype(np.int32))
             slot_of_part[some] = np.arange(len(some))
             seen = [channel[span] for channel in channels]
-            sums, counts = _sum_by_part(part[span], slot_of_part, seen, rays.spp, len(pixel), len(some))
+            sums, counts = _sum_by_part(part[span], slot_of_part, seen, rays.spp, len(pixel), len(some), channel_count)
             at, slot = np.nonzero(counts)
             count = counts[at, slot].astype(np.float64)
             order = np.lexsort((some[slot], at))
@@ -76,11 +84,11 @@ def _object_rows(device: DeviceScene, rays: CameraRays, index: int) -> tuple[np.
 
 
 def _trace_batch(
-    device: DeviceScene, rays: CameraRays, index: int, pixels: Int32[np.ndarray, "pixels"]
+    device: DeviceScene, rays: CameraRays, index: int, pixels: Int32[np.ndarray, "pixels"], shells: Shells
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Every sample's part (or `NOTHING`) and its layers: diffuse, fresnel, distant, local as x y z, and alpha."""
+    """Every sample's part (or `NOTHING`) and its layers: diffuse, fresnel, distant, local as x y z, alpha, and of each
+    shell x y z and alpha."""
     own_index = dr.opaque(mi.UInt32, index)
-    others, number = device.without_object(index)
     direction = rays.antialiased(pixels)
     seen = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
     surface, _ = arrive(device, seen.prim_index, seen.prim_uv, direction, mi.Bool(True), seen.is_valid())
@@ -92,23 +100,25 @@ def _trace_batch(
     own = active & met.is_valid() & (at_met.object == own_index)  # backs too: they are local, opaque and black
     local = light_met + at_met.fresnel * radiance(device, leave(at_met), own & at_met.reflects)
 
-    distant = dr.select(own, environment_radiance(device, ray.d, own), light_met)
-    behind = None
-    if others is not None:
-        through = others.ray_intersect_preliminary(ray, coherent=False, active=own)
-        triangle = dr.gather(mi.UInt32, number, through.prim_index, own & through.is_valid())
-        behind, light = arrive(device, triangle, through.prim_uv, ray.d, own, through.is_valid())
-        distant = dr.select(own, light, light_met)
-    if behind is not None and len(device.scene.objects) > 1:
-        # Other objects mirror on, met first or behind the own one.
-        goes_on = at_met.reflects & ~own
-        distant += dr.select(goes_on, at_met.fresnel * radiance(device, leave(at_met), goes_on), 0.0)
-        distant += dr.select(own, behind.fresnel * radiance(device, leave(behind), behind.reflects), 0.0)
+    # What a ray meets without its own object; if it does not meet that, it has met it already.
+    behind = first_met(device, index, ray, own)
+    through = Met(
+        active & dr.select(own, behind.valid, met.is_valid()),
+        dr.select(own, behind.triangle, met.prim_index),
+        mi.Point2f(dr.select(own, behind.uv, met.prim_uv)),
+        mi.Point3f(dr.select(own, behind.position, ray.o + ray.d * dr.select(met.is_valid(), met.t, 0.0))),
+    )
+    seen_shells = list(peeled(device, index, through, ray.d, active, shells))
+    distant = mi.Color3f(seen_shells[-1].light)
+    for shell in reversed(seen_shells[:-1]):  # nothing is half transparent yet
+        distant = dr.select(shell.present, shell.light, distant)
 
     alpha = dr.select(own, mi.Float(1.0), 0.0)
     local = dr.select(own, local, 0.0)
     part = dr.select(active, surface.part, NOTHING)
     outputs = [*surface.glow, *surface.fresnel, *distant, *local, alpha]
+    for shell in seen_shells:
+        outputs += [*shell.light, dr.select(shell.present, mi.Float(1.0), 0.0)]
     dr.eval(part, *outputs)
     return part.numpy(), [channel.numpy() for channel in outputs]
 
@@ -130,13 +140,21 @@ def _sum_samples(part, slot_of_part, channels, spp, sums, counts):  # type: igno
                 sums[p, slot, 9 + c] += local
                 sums[p, slot, 12 + c] += fresnel * (local + (1.0 - alpha) * distant)
             sums[p, slot, 15] += alpha
+            for c in range(13, len(channels)):
+                sums[p, slot, c + 3] += channels[c][k]
 
 
 def _sum_by_part(
-    part: np.ndarray, slot_of_part: np.ndarray, channels: list[np.ndarray], spp: int, pixels: int, parts: int
+    part: np.ndarray,
+    slot_of_part: np.ndarray,
+    channels: list[np.ndarray],
+    spp: int,
+    pixels: int,
+    parts: int,
+    channel_count: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums over each pixel's samples, apart for each part, in the samples' order: the same on every run."""
-    sums, counts = np.zeros((pixels, parts, CHANNELS)), np.zeros((pixels, parts), np.int32)
+    sums, counts = np.zeros((pixels, parts, channel_count)), np.zeros((pixels, parts), np.int32)
     _sum_samples(part, slot_of_part, tuple(channels), spp, sums, counts)
     return sums, counts
 

@@ -1,14 +1,17 @@
 """The ray tracer: one scene, ready to be looked at from anywhere."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from jaxtyping import Float32
 
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.layers import StaticProbe, TracedView
+from reflet.trace.layers import Shells, StaticProbe, TracedView
 from reflet.trace.light.irradiance import trace_irradiance
-from reflet.trace.probe import static_probe
+from reflet.trace.probe import shell_distances, static_probe
 from reflet.trace.segmentation import segmented_layers
 from reflet.trace.variant import use_variant
 from reflet.trace.visible import visible_samples
@@ -37,16 +40,31 @@ class Tracer:
         self._device.set_irradiance(self.irradiance)
 
     def view(
-        self, camera: Camera, *, spp: int = 64, sample_count: int = 16, seed: int = 0, surroundings: bool = False
+        self,
+        camera: Camera,
+        *,
+        spp: int = 64,
+        sample_count: int = 16,
+        seed: int = 0,
+        surroundings: bool = False,
+        shells: Sequence[Shells] | None = None,
     ) -> TracedView:
-        """The segmented layers at ``spp`` samples a pixel, and what ``sample_count`` sub-samples a pixel see."""
+        """The segmented layers at ``spp`` samples a pixel, and what ``sample_count`` sub-samples a pixel see.
+
+        ``shells`` divide the distant layers of all objects, by default into one shell each.
+        """
+        shells = shells or [Shells((0.0, 0.0, 0.0))] * len(self.scene.objects)
         return TracedView(
-            layers=segmented_layers(self._device, camera, spp, seed, surroundings),
+            layers=segmented_layers(self._device, camera, spp, seed, surroundings, shells),
             visibility=visible_samples(self._device, camera, sample_count),
         )
 
-    def probe(
-        self, object_index: int, origin: tuple[float, float, float], *, size: int = 256, spp: int = 16
-    ) -> StaticProbe:
-        """The environment from ``origin`` with one object taken away, ``spp`` rays for each of the finest texels."""
-        return static_probe(self._device, object_index, origin, size, spp)
+    def probe(self, object_index: int, shells: Shells, *, size: int = 256, spp: int = 16) -> StaticProbe:
+        """The environment from the shells' origin with one object taken away, ``spp`` rays a finest texel."""
+        return static_probe(self._device, object_index, shells, size, spp)
+
+    def distances(
+        self, object_index: int, shells: Shells, *, size: int = 256
+    ) -> list[Float32[np.ndarray, "6 size size"]]:
+        """The distances alone of such a probe's shells."""
+        return shell_distances(self._device, object_index, shells, size)

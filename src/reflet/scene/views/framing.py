@@ -101,9 +101,9 @@ def winding_number(point: Float[np.ndarray, "3"], triangles: Float[np.ndarray, "
     return float(2.0 * np.arctan2(volume, denominator).sum() / (4.0 * np.pi))
 
 
-def check_camera(scene: Scene, camera: Camera) -> None:
-    """Raises RefletError if the camera stands inside a reflective object: where the object's surface, holes and all,
-    covers more than half of what can be seen."""
+def object_around(scene: Scene, camera: Camera) -> str | None:
+    """Name of the reflective object that a camera stands in, if any: whose surface, holes and all, covers more than
+    half of what can be seen."""
     position = np.asarray(camera.position, np.float64)
     for index, item in enumerate(scene.objects):
         meshes = [scene.parts[p].mesh for p in item.parts]
@@ -112,7 +112,15 @@ def check_camera(scene: Scene, camera: Camera) -> None:
         if (position < low).any() or (position > high).any():  # beside it, above or below: no need to measure
             continue
         if abs(winding_number(position, object_triangles(scene, index))) > 0.5:
-            raise RefletError(
-                f"The camera at ({position[0]:.3g}, {position[1]:.3g}, {position[2]:.3g}) is inside {item.name}; "
-                "choose a larger distance or another target."
-            )
+            return item.name
+    return None
+
+
+def check_camera(scene: Scene, camera: Camera) -> None:
+    """Raises RefletError if the camera stands inside a reflective object (`object_around`)."""
+    name = object_around(scene, camera)
+    if name is not None:
+        x, y, z = camera.position
+        raise RefletError(
+            f"The camera at ({x:.3g}, {y:.3g}, {z:.3g}) is inside {name}; choose a larger distance or another target."
+        )

@@ -95,6 +95,11 @@ class ParameterSpace:
         """The camera of one sample."""
         return self.orbit.camera(self.points()[sample])
 
+    def middle_point(self) -> dict[str, float]:
+        """The middle sample's point with all coordinates of a view; the orbit's own where there are no samples."""
+        points = self.points()
+        return {name: getattr(self.orbit, name) for name in VIEW_AXES} | (points[len(points) // 2] if points else {})
+
     def displacement_deg(self, point: Mapping[str, float]) -> float:
         """How far a point's camera stands from the sampled range: the distance between it and the camera of the
         closest point of the range, over that one's distance from the target, as an angle. Needs samples."""

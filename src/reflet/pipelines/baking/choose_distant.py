@@ -1,0 +1,150 @@
+"""The geometry of every object's distant surroundings, and how many shells divide them: chosen by trial.
+
+The geometry decides how reflections move [Hakura01, sec. 4], so candidates are judged by how they show a static map at
+viewpoints all around the sampled ones: on small pictures, against the traced distant layer. Of the candidates whose
+pictures are within `_GAIN` of the best, the cheapest to look up is taken.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.geometry import SHAPES, Geometry
+from reflet.envmap.relief import FETCHES, Relief
+from reflet.errors import RefletError
+from reflet.infer.depth_gap import depth_gaps
+from reflet.infer.fit_geometry import em_origin
+from reflet.infer.fit_shells import fit_shells
+from reflet.infer.shown import shown_rows
+from reflet.pem.pem import MOST_SHELLS
+from reflet.pipelines.baking.held_back import HeldBackView, held_back_views
+from reflet.progress import ProgressCallback, silent
+from reflet.report.measures import SquaredError
+from reflet.scene.bounds import object_positions
+from reflet.scene.views.parameter_space import ParameterSpace
+from reflet.trace.layers import Shells, StaticProbe
+from reflet.trace.tracer import Tracer
+
+AUTO, RELIEF = "auto", Relief.kind
+_GAIN = 0.3  # dB that a candidate must gain over cheaper ones
+_IMAGE_SIZE, _MAP_SIZE, _SPP, _SAMPLE_COUNT = 256, 256, 32, 16  # of the trials
+_LOD_BIAS = -2.5
+_PLACES = ((-13.0, 7.0), (9.0, 17.0), (17.0, -6.0), (-5.0, 26.0))  # azimuth and elevation from the middle sample
+_SEED = 400_000
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One candidate: the kinds of its shells' geometries, nearest first, what a lookup costs in fetches, and the
+    display PSNR of its static map, in dB over all trial pictures."""
+
+    kinds: tuple[str, ...]
+    fetches: int
+    psnr: float
+
+
+@dataclass(frozen=True)
+class DistantChoice:
+    """How an object's distant surroundings are shown, and the trials that say why (none where it was asked for)."""
+
+    shells: Shells
+    kinds: tuple[str, ...]
+    trials: tuple[Trial, ...] = ()
+
+
+def choose_distant(
+    tracer: Tracer,
+    space: ParameterSpace,
+    distant: str,
+    shell_count: int | None,
+    progress: ProgressCallback = silent,
+) -> list[DistantChoice]:
+    """The choice for every object.
+
+    ``distant`` is "auto", or the kind of geometry to take; "auto" and "relief" leave the number of shells open unless
+    ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells. Raises
+    RefletError for shells of a shape, and for more than `MOST_SHELLS`.
+    """
+    if shell_count is not None and not 1 <= shell_count <= MOST_SHELLS:
+        raise RefletError(f"An object has 1 to {MOST_SHELLS} shells, not {shell_count}.")
+    if distant in SHAPES and shell_count not in (None, 1):
+        raise RefletError(f"Shells need their true distances; {distant} has none. Choose relief or auto, or one shell.")
+    count = len(tracer.scene.objects)
+    origins = [em_origin(tracer.scene, item.parts) for item in tracer.scene.objects]
+    if distant in SHAPES:
+        return [DistantChoice(Shells(origin), (distant,)) for origin in origins]
+    views = held_back_views(
+        tracer,
+        space,
+        _PLACES,
+        image_size=min(space.orbit.image_size, _IMAGE_SIZE),
+        spp=_SPP,
+        sample_count=_SAMPLE_COUNT,
+        seed=_SEED,
+    )
+    choices = []
+    for number, origin in enumerate(origins):
+        progress("choose shells", number, count)
+        distance = tracer.distances(number, Shells(origin), size=_MAP_SIZE)[0]
+        reach = float(np.linalg.norm(object_positions(tracer.scene, number) - origin, axis=1).max())
+        most = MOST_SHELLS if shell_count is None else shell_count
+        layouts = [Shells(origin, depth_gaps(distance, reach, fewer)) for fewer in range(most)]
+        layouts = list(dict.fromkeys(layouts)) if shell_count is None else layouts[-1:]
+        choices.append(_best(tracer, number, layouts, distant, views))
+    progress("choose shells", count, count)
+    return choices
+
+
+def _best(
+    tracer: Tracer,
+    number: int,
+    layouts: Sequence[Shells],
+    distant: str,
+    views: Sequence[HeldBackView],
+) -> DistantChoice:
+    parts = tracer.scene.objects[number].parts
+    candidates = [(layout, kinds) for layout in layouts for kinds in _kinds(layout, distant)]
+    if len(candidates) == 1:
+        return DistantChoice(*candidates[0])
+    probes = {layout: tracer.probe(number, layout, size=_MAP_SIZE, spp=_SPP) for layout in layouts}
+    trials: list[tuple[Trial, Shells]] = []
+    for layout, kinds in candidates:
+        geometries = fit_shells(kinds, tracer.scene, parts, probes[layout])
+        fitted = tuple(geometry.kind for geometry in geometries)
+        if any(trial.kinds == fitted and other == layout for trial, other in trials):
+            continue  # where nothing is near, all are the sphere at infinity
+        psnr = _score(probes[layout], geometries, parts, views)
+        trials.append((Trial(fitted, sum(map(_fetches, geometries)), psnr), layout))
+    enough = max(trial.psnr for trial, _ in trials) - _GAIN
+    best, layout = min(
+        ((trial, layout) for trial, layout in trials if trial.psnr >= enough), key=lambda t: (t[0].fetches, -t[0].psnr)
+    )
+    return DistantChoice(layout, best.kinds, tuple(trial for trial, _ in trials))
+
+
+def _kinds(layout: Shells, distant: str) -> Iterable[tuple[str, ...]]:
+    """Geometries to try. A near shell holds what stands about in its true places: it is a relief."""
+    near = (RELIEF,) * (layout.count - 1)
+    if distant == RELIEF:
+        return [(*near, RELIEF)]
+    last = ("infinite_sphere", "box", "ellipsoid", "hemisphere", RELIEF) if not near else ("box", RELIEF)
+    return [(*near, kind) for kind in last]
+
+
+def _fetches(geometry: Geometry) -> int:
+    """Texture fetches of a lookup: that of the map, and a search's."""
+    return 1 + (FETCHES if isinstance(geometry, Relief) else 0)
+
+
+def _score(
+    probe: StaticProbe, geometries: Sequence[Geometry], parts: Sequence[int], views: Sequence[HeldBackView]
+) -> float:
+    """Display PSNR in dB of an object over all views; 0 where none shows it."""
+    shells = [
+        EnvMap(probe.chain, shell.texels, geometry) for shell, geometry in zip(probe.shells, geometries, strict=True)
+    ]
+    errors = (view.error(parts, shown_rows(view.gbuffer, shells, _LOD_BIAS)) for view in views)
+    error = sum(errors, SquaredError())
+    return error.psnr if error.values else 0.0

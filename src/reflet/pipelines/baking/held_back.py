@@ -1,0 +1,67 @@
+"""Viewpoints that nothing is inferred from: by what is shown there, a bake chooses."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float32
+
+from reflet.infer.infer_layer import common_rows
+from reflet.report.measures import SquaredError, tone_map
+from reflet.scene.surfaces.gbuffer import GBuffer
+from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.views.framing import object_around
+from reflet.scene.views.parameter_space import ParameterSpace
+from reflet.trace.layers import SegmentedLayers
+from reflet.trace.tracer import Tracer
+
+STEEPEST_DEG = 85.0  # elevation: beyond it azimuth means little
+
+
+@dataclass(frozen=True)
+class HeldBackView:
+    """A traced view at a point of the parameter space."""
+
+    point: Mapping[str, float]
+    gbuffer: GBuffer
+    layers: SegmentedLayers
+
+    def error(self, parts: Sequence[int], shown: Float32[np.ndarray, "rows 3"]) -> SquaredError:
+        """Display error of some parts where the G-buffer's rows show this distant light under the true local layer.
+
+        Over the rows that cover more than half of their pixel.
+        """
+        traced = self.layers
+        rows, at = common_rows(self.gbuffer, traced)
+        counts = np.isin(traced.part[at], parts) & (traced.coverage[at] > 0.5)
+        rows, at = rows[counts], at[counts]
+        seen = traced.local[at] + (1.0 - traced.alpha[at, None]) * shown[rows]
+        pictures = [traced.diffuse[at] + light for light in (traced.combined[at], traced.fresnel[at] * seen)]
+        difference = np.subtract(*(tone_map(picture) for picture in pictures))
+        return SquaredError(float((difference**2).sum()), difference.size)
+
+
+def held_back_views(
+    tracer: Tracer,
+    space: ParameterSpace,
+    places: Iterable[tuple[float, float]],
+    *,
+    image_size: int,
+    spp: int,
+    sample_count: int,
+    seed: int,
+) -> list[HeldBackView]:
+    """Views beside the middle sample, at degrees of azimuth and elevation from it, but those inside of objects."""
+    orbit, middle = replace(space.orbit, image_size=image_size), space.middle_point()
+    views = []
+    for number, (azimuth, elevation) in enumerate(places):
+        point = {
+            **middle,
+            "azimuth_deg": middle["azimuth_deg"] + azimuth,
+            "elevation_deg": float(np.clip(middle["elevation_deg"] + elevation, -STEEPEST_DEG, STEEPEST_DEG)),
+        }
+        camera = orbit.camera(point)
+        if object_around(tracer.scene, camera) is None:
+            view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=seed + number)
+            views.append(HeldBackView(point, gbuffer_from_visibility(tracer.scene, view.visibility), view.layers))
+    return views

@@ -1,0 +1,71 @@
+"""The static env maps of a scene's objects, kept in the state of an unfinished bake."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.sampling import valid_texels
+from reflet.infer.fit_geometry import em_origin
+from reflet.pem.pem import Layer
+from reflet.pem.writer import PemWriter
+from reflet.progress import ProgressCallback, silent
+from reflet.scene.scene import Scene
+from reflet.trace.layers import ShellProbe, Shells, StaticProbe
+from reflet.trace.tracer import Tracer
+
+PROBE_SPP = 64
+
+
+def probe_size(chain: MipChain) -> int:
+    """The size of a cube that holds no fewer texels than the maps whose prior it becomes; their own if they are cubes.
+
+    A power of two, like any.
+    """
+    texels = chain.size**2 * valid_texels(chain.parameterization)
+    return int(2 ** max(np.ceil(0.5 * np.log2(texels / valid_texels(CUBE)) - 1e-9), 0.0))
+
+
+def trace_probes(
+    tracer: Tracer,
+    shells: Sequence[Shells],
+    size: int,
+    writer: PemWriter | None = None,
+    progress: ProgressCallback = silent,
+) -> list[StaticProbe]:
+    """The static env map of every object in its shells; kept in the writer's state where one is given."""
+    probes = []
+    for number, layout in enumerate(shells):
+        progress("static maps", number, len(shells))
+        state = writer.load_state(f"static-{number}") if writer else None
+        if state is None:
+            probe = tracer.probe(number, layout, size=size, spp=PROBE_SPP)
+            if writer:
+                writer.save_state(f"static-{number}", **_arrays(probe))
+        else:
+            probe = _probe(layout, state)
+        probes.append(probe)
+    progress("static maps", len(shells), len(shells))
+    return probes
+
+
+def shells_of(scene: Scene, layers: Sequence[Layer]) -> list[Shells]:
+    """How the distant layers of a PEM divide the surroundings of each object."""
+    out = []
+    for item in scene.objects:
+        ends = [layer.end for layer in layers if layer.kind == "distant" and layer.parts == item.parts]
+        out.append(Shells(em_origin(scene, item.parts), tuple(ends[:-1])))
+    return out
+
+
+def _arrays(probe: StaticProbe) -> dict[str, np.ndarray]:
+    out = {"texels": probe.texels, "distance": probe.distance}
+    for number, shell in enumerate(probe.shells):
+        out |= {f"texels-{number}": shell.texels, f"distance-{number}": shell.distance}
+    return out
+
+
+def _probe(layout: Shells, state: dict[str, np.ndarray]) -> StaticProbe:
+    shells = tuple(ShellProbe(state[f"texels-{number}"], state[f"distance-{number}"]) for number in range(layout.count))
+    return StaticProbe(state["texels"], state["distance"], layout, shells)
