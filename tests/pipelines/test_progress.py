@@ -53,7 +53,8 @@ def test_every_stage_is_told_from_its_beginning_to_its_end(undisturbed) -> None:
     _, told = undisturbed
     stages = list(dict.fromkeys(stage for stage, _, _ in told))
     assert stages == [
-        "prepare", "diffuse light", "choose shells", "static maps", "local shapes", "joint set", "viewpoints", "fade", "write",
+        "prepare", "diffuse light", "choose shells", "static maps", "local shapes", "joint set", "viewpoints", "fade",
+        "write",
     ]  # fmt: skip
     for stage in stages:
         steps = [(done, total) for name, done, total in told if name == stage]

@@ -79,12 +79,8 @@ def test_table_names_every_method_and_marks_no_place_that_was_not_measured(compa
     for method, words in METHODS.items():
         assert words in table
         assert f"{comparison.result('sample', method).psnr_display:.2f}" in table
-    only = Comparison(
-        [result for result in comparison.results if result.where == "sample"],
-        comparison.exhibits[:1],
-        {},
-        *(2 * [comparison.traced_picture]),
-    )
+    first = tuple(result for result in comparison.results if result.where == "sample")
+    only = Comparison(first, comparison.exhibits[:1], {}, *(2 * [comparison.traced_picture]))
     assert PLACES["sample"] in comparison_table(only)
     assert PLACES["between"] not in comparison_table(only)
 
