@@ -139,8 +139,10 @@ def bake(
     """
     with progress_bar() as progress:
         progress("read", 0, 3)  # also while modules are loaded
+        from reflet.pem.reader import read_statistics
         from reflet.pipelines.bake import bake as bake_scene
         from reflet.pipelines.load import load_scene
+        from reflet.report.distant_choice import distant_choice
         from reflet.scene.views.framing import frame_orbit
         from reflet.scene.views.parameter_space import orbit_space
 
@@ -172,4 +174,7 @@ def bake(
             resume=resume,
             progress=progress,
         )
+    names, statistics = read_statistics(out)
+    for name, choice in zip(names, statistics["distant"], strict=True):
+        click.echo(distant_choice(name, choice))
     click.echo(f"{out} is ready; look at it with: {shlex.join(['reflet', 'view', str(out)])}")

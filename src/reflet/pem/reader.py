@@ -43,6 +43,12 @@ def open_pem(folder: str | Path) -> ParameterizedEnvironmentMap:
         ) from None
 
 
+def read_statistics(folder: Path) -> tuple[list[str], dict[str, Any]]:
+    """The names of a PEM's objects, and what its bake says of itself. Raises RefletError as `open_pem` does."""
+    extension = _read_document(folder)["extensions"][layout.EXTENSION]
+    return [item["name"] for item in extension["objects"]], extension["statistics"]
+
+
 def _read_document(folder: Path) -> dict[str, Any]:
     path = folder / layout.SCENE
     if not path.exists():

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.report.comparison import METHODS, PLACES, Comparison
+from reflet.report.distant_choice import distant_choice
 
 
 def comparison_table(comparison: Comparison) -> str:
@@ -35,8 +36,16 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
         [pem.on_hull[scene.triangle_offsets[p] : scene.triangle_offsets[p + 1]] for o in scene.objects for p in o.parts]
     )
     facts.add_row("on the convex hull", f"{reflecting.mean():.1%} of the reflective triangles")
+    for item, choice in zip(scene.objects, pem.statistics.get("distant", []), strict=False):
+        facts.add_row("distant light", distant_choice(item.name, choice))
     for axis in pem.space.axes:
-        facts.add_row("viewpoints", f"{len(axis.values)} along {axis.name}, {axis.values[0]:g} to {axis.values[-1]:g}")
+        reach = f", {axis.values[0]:g} to {axis.values[-1]:g}" if axis.values else ""
+        facts.add_row("viewpoints", f"{len(axis.values)} along {axis.name}{reach}")
+    if pem.base:
+        joint = pem.statistics.get("joint")
+        fades = f"; viewpoints' own maps fade to it within {pem.fade_deg:g}°" if pem.space.sample_count else ""
+        source = f"inferred from {joint['viewpoints']} viewpoints" if joint else "static, seen from the object's centre"
+        facts.add_row("from everywhere", source + fades)
     facts.add_row(
         "camera", f"elevation {orbit.elevation_deg:g}°, distance {orbit.distance:g} m, {orbit.fov_deg:g}° wide"
     )
@@ -64,7 +73,8 @@ def _inference(pem: ParameterizedEnvironmentMap, number: int) -> tuple[str, str,
 
 def _bytes(pem: ParameterizedEnvironmentMap) -> int:
     """Bytes of all maps: RGBA in half float, a third more for the mip levels."""
-    return len(pem.maps) * sum(_layer_bytes(layer) for layer in pem.layers)
+    base = sum(_layer_bytes(pem.layers[index]) for index in pem.distant_layers) if pem.base else 0
+    return base + len(pem.maps) * sum(_layer_bytes(layer) for layer in pem.layers)
 
 
 def _layer_bytes(layer: Layer) -> int:
