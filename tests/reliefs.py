@@ -4,7 +4,8 @@ import numpy as np
 
 from reflet.envmap.geometry import Box, InfiniteSphere, Sphere
 from reflet.envmap.parameterizations.cube import texel_directions
-from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev
+from reflet.envmap.relief import Relief, inverse_chebyshev
+from reflet.envmap.shapes import FAR_AWAY
 
 NOWHERE = ((-FAR_AWAY,) * 3, (FAR_AWAY,) * 3)
 ROOM = Box((-2.0, -0.5, -3.0), (2.5, 2.0, 3.5), (0.1, 0.2, -0.3))

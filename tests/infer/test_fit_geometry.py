@@ -7,7 +7,8 @@ from synthetic import mirror_scene, sphere_mesh
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions
-from reflet.envmap.relief import FAR_AWAY, Relief
+from reflet.envmap.relief import Relief
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.errors import RefletError
 from reflet.infer.fit_geometry import bounding_ellipsoid, em_origin, fit
 from reflet.scene.meshes.mesh import Mesh
@@ -91,6 +92,57 @@ def test_a_box_map_holds_the_object_where_the_environment_touches_it(scene: Scen
     assert box.lower[1] == pytest.approx(0.1)
 
 
+def probe_of_sides(at: dict[int, float], size: int = 32) -> StaticProbe:
+    """What is seen where only some faces of a cube see anything, each a plane before it at a coordinate."""
+    origin, distance = (0.1, 0.2, -0.05), np.full((6, size, size), np.inf)
+    for face, plane in at.items():
+        distance[face] = (plane - origin[face // 2]) / texel_directions(size)[face, ..., face // 2]
+    return probe_of(origin, distance)
+
+
+def test_a_box_under_the_sky_has_the_sides_that_are_there(scene: Scene) -> None:
+    """A floor and a wall on it: nothing is at the object's skin where nothing is."""
+    box = fit("box", scene, (0,), probe_of_sides({3: 0.1, 5: -1.5}))
+    assert isinstance(box, Box)
+    assert box.lower == pytest.approx((-FAR_AWAY, 0.1, -1.5), rel=1e-6)
+    assert box.upper == pytest.approx((FAR_AWAY,) * 3)
+    p = np.array([[0.1, 0.25, 0.11], [0.1, 0.25, 0.11], [0.3, 0.2, 0.0]])
+    r = np.array([[0.0, 0.0, -1.0], [0.6, 0.8, 0.0], [0.8, -0.6, 0.0]])
+    expected = [[0.0, 0.05, -1.45], [0.6, 0.8, 0.0], [0.2 + 0.8 / 6.0, -0.1, 0.05]]
+    found = box.lookup_direction(p, r)
+    found[1] /= np.linalg.norm(found[1])
+    np.testing.assert_allclose(found, expected, atol=1e-6)  # of the probe's float32
+
+
+def test_a_side_of_which_most_is_open_is_open(scene: Scene) -> None:
+    """Left 45 %, right 55 % of a side is a wall, above the floor, which counts for neither."""
+    d = texel_directions(64)
+    for share, there in ((0.45, False), (0.55, True)):
+        probe = probe_of_sides({0: 2.0, 3: 0.1}, 64)
+        right = d[0, ..., 2] / d[0, ..., 0] > 1.0 - 2.0 * share  # columns: shares of the solid angle to some 3 %
+        with np.errstate(divide="ignore", invalid="ignore"):
+            floor = np.where(d[0, ..., 1] < -0.06, -0.1 / d[0, ..., 1], np.inf)
+        probe.distance[0] = np.minimum(np.where(right, probe.distance[0], np.inf), floor)
+        box = fit("box", scene, (0,), probe)
+        assert isinstance(box, Box)
+        assert box.upper[0] == pytest.approx(2.0 if there else FAR_AWAY, rel=1e-6)
+
+
+def test_a_box_open_below_has_no_floor(scene: Scene) -> None:
+    """The object hangs in the air, under a ceiling and between walls."""
+    box = fit("box", scene, (0,), probe_of_sides({0: 2.0, 1: -2.0, 2: 3.0, 4: 2.0, 5: -2.0}))
+    assert isinstance(box, Box)
+    assert box.lower == pytest.approx((-2.0, -FAR_AWAY, -2.0), rel=1e-6)
+    assert box.upper == pytest.approx((2.0, 3.0, 2.0), rel=1e-6)
+
+
+def test_the_floor_of_a_box_is_where_it_is_seen(scene: Scene) -> None:
+    """An object that hangs a metre above the floor does not bring it along."""
+    box = fit("box", scene, (0,), room_probe((-2.0, -0.9, -1.5), (2.5, 2.0, 1.0)))
+    assert isinstance(box, Box)
+    assert box.lower == pytest.approx((-2.0, -0.9, -1.5), abs=1e-5)
+
+
 def test_spheres_take_the_typical_distance(scene: Scene) -> None:
     probe = probe_of((0.1, 0.2, -0.05), np.full((6, 16, 16), 3.0))
     for kind in ("sphere", "hemisphere", "ellipsoid"):
@@ -119,12 +171,13 @@ def test_a_relief_of_a_room_meets_its_walls(scene: Scene) -> None:
 
 
 def test_a_relief_holds_a_wall_under_an_open_sky(scene: Scene) -> None:
-    """The box, of which most is infinitely far, is none: searches begin there, and the wall is still where it is."""
+    """Of the box one side is there: searches begin at it or infinitely far, and the wall is where it is."""
     d = texel_directions(64)
     with np.errstate(divide="ignore"):
         distance = np.where(d[..., 0] > 0.8, 2.0 / d[..., 0], np.inf)
     relief = fit("relief", scene, (0,), probe_of((0.1, 0.2, -0.05), distance))
-    assert isinstance(relief, Relief) and relief.upper[0] == FAR_AWAY
+    assert isinstance(relief, Relief)
+    assert relief.upper == pytest.approx((2.1, FAR_AWAY, FAR_AWAY)) and relief.lower == pytest.approx((-FAR_AWAY,) * 3)
     p, towards = np.array([0.1, 0.2, 0.45]), np.array([1.0, 0.0, 0.0])
     np.testing.assert_allclose(1.0 / relief.inverse_hit(p[None], towards[None]), 2.0, rtol=1e-3)  # of half floats
     np.testing.assert_array_equal(relief.lookup_direction(p[None], -towards[None]), -towards[None])

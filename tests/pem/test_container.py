@@ -9,7 +9,8 @@ from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
-from reflet.envmap.relief import FAR_AWAY, Relief
+from reflet.envmap.relief import Relief
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.errors import RefletError
 from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.arrays import BufferWriter

@@ -9,6 +9,7 @@ from reflet.envmap.lod import lod_from_neighbours
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.envmap.relief import Relief, inverse_chebyshev
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.report.measures import tone_map
 
 GEOMETRIES = [
@@ -44,6 +45,32 @@ def test_lookup_direction(geometry, rays) -> None:  # type: ignore[no-untyped-de
     reference = geometry.lookup_direction(p.astype(float), r.astype(float))
     # Coordinates up to 5 in float32, a square root and a division: some ten roundings of 3e-7.
     np.testing.assert_allclose(shader, reference, atol=4e-6)
+
+
+def test_sides_that_are_not_there_are_finite_numbers(rays) -> None:  # type: ignore[no-untyped-def]
+    """Rays that leave a box where it is open are as at infinity, also along the axes and where they are squared."""
+    p, r = rays
+    r[3:6] = -np.eye(3)
+    box = Box((-FAR_AWAY, -0.5, -1.5), (FAR_AWAY,) * 3, (0.2, 0.1, 0.0))
+    code = """
+    #import map_lookup
+    #import geometry
+    let g = Geometry(vec4f(in2[0], in2[1], in2[2], in2[3]), vec4f(in2[4], in2[5], in2[6], in2[7]),
+                     vec4f(in2[8], in2[9], in2[10], in2[11]));
+    let d = lookup_direction(g.kind_a.x, g, vec3f(in0[3*i], in0[3*i+1], in0[3*i+2]),
+                             vec3f(in1[3*i], in1[3*i+1], in1[3*i+2]));
+    let n = normalize(d);
+    out[5*i] = n.x; out[5*i+1] = n.y; out[5*i+2] = n.z;
+    out[5*i+3] = map_lod(OCTAHEDRAL, d, d * 1.5, d, 64.0, 0.0, 6.0);
+    out[5*i+4] = map_lod(CUBE, d, d * 1.5, d, 64.0, 0.0, 6.0);
+    """
+    shader = run(code, [p, r, pack(box)[None]], 5)
+    expected = box.lookup_direction(p.astype(float), r.astype(float))
+    expected /= np.linalg.norm(expected, axis=-1, keepdims=True)
+    np.testing.assert_allclose(shader[:, :3], expected, atol=1e-6)  # some ten roundings of float32
+    open_to = ((r[:, 1] > -1e-6) & (r[:, 2] > -1e-6)).nonzero()[0]
+    np.testing.assert_allclose(shader[open_to, :3], r[open_to], atol=1e-6)
+    assert len(open_to) > 300 and (shader[:, 3:] == 0.0).all()  # neighbours in the same direction
 
 
 def rough_relief() -> Relief:

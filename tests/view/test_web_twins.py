@@ -13,6 +13,7 @@ from small_pem import small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.envmap.relief import Relief
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import save_pem
 from reflet.pem.geometry_json import geometry_to_json as described
@@ -116,6 +117,11 @@ def test_geometries_turn_into_others_of_their_volume_and_origin(call):
         np.testing.assert_allclose([geometry["lower"], geometry["upper"]], [BOX.lower, BOX.upper], atol=1e-12)
     (doubled,) = call([("maths/geometry", "asKind", [geometry_to_json(BOX), "box", 2, SURROUNDINGS])])
     assert (doubled["lower"], doubled["upper"]) == ([-1.5, -3.0, -6.25], [2.5, 5.0, 5.75])
+    half_open = Box((BOX.lower[0], -FAR_AWAY, BOX.lower[2]), (FAR_AWAY, *BOX.upper[1:]), ORIGIN)
+    (closed,) = call([("maths/geometry", "asKind", [geometry_to_json(half_open), "box", 2, SURROUNDINGS])])
+    sides = np.array([BOX.lower, BOX.upper])
+    sides[0, 1], sides[1, 0] = SURROUNDINGS["lower"][1], SURROUNDINGS["upper"][0]  # where its own are not there
+    np.testing.assert_allclose([closed["lower"], closed["upper"]], sides + 0.5 * np.diff(sides, axis=0) * [[-1], [1]])
     (enclosing,) = call([("maths/geometry", "asKind", [{"kind": "infinite_sphere"}, "box", 1, SURROUNDINGS])])
     assert enclosing == {"kind": "box", **SURROUNDINGS, "origin": [0, 0, 0]}
 

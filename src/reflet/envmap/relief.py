@@ -22,7 +22,6 @@ from reflet.envmap.parameterizations.cube import CUBE, texel_directions
 from reflet.envmap.shapes import Box, Points, Vec3
 from reflet.envmap.texture_filter import MISSING, padded_indices
 
-FAR_AWAY = 1e30  # corners of a start box that is not there: rays start infinitely far
 FETCHES = 4  # of a search: 3 lose 0.3 dB off the orbit, more gain 0.1. A constant, so that shaders need no loop
 _LIMIT = 64.0  # rays are told apart down to this share of the distance of what lies nearest to the origin
 

@@ -16,6 +16,7 @@ Vec3 = tuple[float, float, float]
 Points = Float[np.ndarray, "*batch 3"]
 
 LEAST_HALF_CHORD = 0.1
+FAR_AWAY = 1e15  # metres to a box's side that is not there: its square, and it over `_SMALL`, are finite in float32
 _SMALL = 1e-12  # direction components below this are taken as this: keeps slabs finite
 
 
@@ -59,7 +60,7 @@ class Sphere(Ellipsoid):
 
 @dataclass(frozen=True)
 class Box:
-    """Axis-aligned box from ``lower`` to ``upper``: rooms."""
+    """Axis-aligned box from ``lower`` to ``upper``: rooms. A side that is not there is `FAR_AWAY`."""
 
     lower: Vec3
     upper: Vec3

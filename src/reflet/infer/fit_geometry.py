@@ -3,17 +3,18 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from reflet.envmap.geometry import KINDS, Geometry
 from reflet.envmap.parameterizations.cube import face_from_direction, texel_directions, texel_solid_angle
-from reflet.envmap.shapes import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, Vec3
+from reflet.envmap.shapes import FAR_AWAY, Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, Vec3
 from reflet.errors import RefletError
-from reflet.infer.fit_relief import last_relief
+from reflet.infer.fit_relief import last_relief, weighted_median
 from reflet.scene.scene import Scene
 from reflet.trace.layers import StaticProbe
 
 _MARGIN = 1.02  # of shapes that must hold a part: rays start inside them
+_DOWN = 3  # the face of a cube that looks down
 _ROUNDS = 40  # of the search for a least ellipsoid; ten suffice for most meshes
 
 
@@ -29,9 +30,10 @@ def fit(kind: str, scene: Scene, parts: Sequence[int], probe: StaticProbe | None
 
     ``ellipsoid`` without a probe bounds the parts; with a probe, ``sphere``, ``ellipsoid``, ``box`` and ``hemisphere``
     fit the environment at the probe's distances [Hakura01, sec. 4, "EM Representation"], and ``relief`` is these
-    distances. Where most of the environment is infinitely far, the sphere at infinity is returned for the others (a
-    hemisphere keeps its floor). Raises `RefletError` for an unknown kind, and `ValueError` for a kind that needs a
-    probe and gets none.
+    distances. A side of the box with nothing at a finite distance is `FAR_AWAY`. Where most of what is above is
+    infinitely far, the sphere at infinity stands for sphere and ellipsoid, and a hemisphere has its floor alone; for
+    box and relief it stands where all is. Raises `RefletError` for an unknown kind, and `ValueError` for a kind that
+    needs a probe and gets none.
     """
     if kind not in KINDS:
         raise RefletError(f"A geometry must be one of {', '.join(KINDS)}, not {kind}.")
@@ -108,32 +110,18 @@ def _fit_environment(kind: str, scene: Scene, parts: Sequence[int], probe: Stati
     floor = float(corners[:, 1].min())
     finite = np.isfinite(probe.distance)
     point = origin + np.where(finite, probe.distance, 0.0)[..., None] * direction
-    # What lies at or below the supporting plane is the floor of box and hemisphere, not their walls.
+    # What lies at or below the supporting plane is the floor of box and hemisphere, not their walls nor their sky.
     extent = float(np.linalg.norm(corners - origin, axis=1).max())
     wall = finite & (point[..., 1] > floor + 0.02 * extent)
     above = direction[..., 1] > 0.0
+    if kind == "box":
+        return _box(corners, origin, floor, point, finite, wall | (above & ~finite), solid_angle)
     far = float(solid_angle[above & ~finite].sum()) > 0.5 * float(solid_angle[above].sum())
     if far or not wall.any():
         if kind == "hemisphere":
             return Hemisphere(_vec3((origin[0], floor, origin[2])), (100.0 * extent,) * 3, floor, _vec3(origin))
         return InfiniteSphere()
-    if kind == "box":
-        lower, upper = corners.min(0), corners.max(0)
-        middle, half = 0.5 * (lower + upper), 0.5 * _MARGIN * (upper - lower)
-        lower, upper = middle - half, middle + half
-        face, _, _ = face_from_direction(direction)
-        for axis in range(3):
-            for side in range(2):
-                seen = wall & (face == 2 * axis + side)
-                if seen.any():
-                    plane = _weighted_median(point[seen][:, axis], solid_angle[seen])
-                    if side:
-                        lower[axis] = min(lower[axis], plane)
-                    else:
-                        upper[axis] = max(upper[axis], plane)
-        lower[1] = floor
-        return Box(_vec3(lower), _vec3(upper), _vec3(origin))
-    distance = _weighted_median(probe.distance[wall], solid_angle[wall])
+    distance = weighted_median(probe.distance[wall], solid_angle[wall])
     radius = max(distance, _MARGIN * extent)
     if kind == "hemisphere":
         centre = _vec3((origin[0], floor, origin[2]))
@@ -145,10 +133,42 @@ def _fit_environment(kind: str, scene: Scene, parts: Sequence[int], probe: Stati
         face, _, _ = face_from_direction(direction)
         seen = wall & (face // 2 == axis)
         reach = (
-            _weighted_median(np.abs(point[seen][:, axis] - origin[axis]), solid_angle[seen]) if seen.any() else radius
+            weighted_median(np.abs(point[seen][:, axis] - origin[axis]), solid_angle[seen]) if seen.any() else radius
         )
         radii.append(max(reach, _MARGIN * np.sqrt(3.0) * float(np.abs(corners[:, axis] - origin[axis]).max())))
     return Ellipsoid(_vec3(origin), _vec3(np.array(radii)), _vec3(origin))
+
+
+def _box(
+    corners: Float[np.ndarray, "vertices 3"],
+    origin: Float[np.ndarray, "3"],
+    floor: float,
+    point: Float[np.ndarray, "6 size size 3"],
+    finite: Bool[np.ndarray, "6 size size"],
+    beside: Bool[np.ndarray, "6 size size"],
+    solid_angle: Float[np.ndarray, "6 size size"],
+) -> Box | InfiniteSphere:
+    """The box whose sides are the medians of what the faces of a cube see at ``point``, around ``corners`` at least.
+
+    What is infinitely far counts as `FAR_AWAY`; where all sides are there is no box. All but the side below are of what
+    is ``beside`` the object, above its floor.
+    """
+    low, high = corners.min(0), corners.max(0)
+    margin = 0.5 * (_MARGIN - 1.0) * (high - low)
+    lower, upper = low - margin, high + margin
+    lower[1] = floor
+    for face in range(6):
+        axis, below = divmod(face, 2)
+        counts = beside[face] | (face == _DOWN)
+        reach = np.where(finite[face], np.abs(point[face][..., axis] - origin[axis]), FAR_AWAY)
+        side = weighted_median(reach[counts], solid_angle[face][counts]) if counts.any() else FAR_AWAY
+        if below:
+            lower[axis] = min(lower[axis], origin[axis] - side)
+        else:
+            upper[axis] = max(upper[axis], origin[axis] + side)
+    if np.minimum(-lower, upper).min() >= 0.5 * FAR_AWAY:
+        return InfiniteSphere()
+    return Box(_vec3(lower), _vec3(upper), _vec3(origin))
 
 
 def _vertices(scene: Scene, parts: Sequence[int]) -> Float[np.ndarray, "vertices 3"]:
@@ -159,12 +179,6 @@ def _corners(scene: Scene, parts: Sequence[int]) -> Float[np.ndarray, "triangles
     return np.concatenate([scene.parts[p].mesh.positions[scene.parts[p].mesh.triangles] for p in parts]).astype(
         np.float64
     )
-
-
-def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
-    order = np.argsort(values, kind="stable")
-    running = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(running, 0.5 * running[-1])])
 
 
 def _vec3(values: np.ndarray | tuple[float, float, float]) -> Vec3:

@@ -5,8 +5,8 @@ from jaxtyping import Bool, Float
 
 from reflet.envmap.geometry import Geometry
 from reflet.envmap.parameterizations.cube import texel_solid_angle
-from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev, padded_faces
-from reflet.envmap.shapes import Box, InfiniteSphere, Vec3
+from reflet.envmap.relief import Relief, inverse_chebyshev, padded_faces
+from reflet.envmap.shapes import FAR_AWAY, Box, InfiniteSphere, Vec3
 
 RELIEF_SIZE = 64
 
@@ -36,12 +36,14 @@ def near_relief(distance: Map, origin: Vec3, start: Geometry) -> Relief:
     return _relief(_filled(mean, count > 0), origin, start)
 
 
-def median_box(distance: Map, origin: Vec3) -> Box:
-    """The box whose six sides stand where half of what each face of the cube sees stands nearer; a side is as good as
-    infinitely far where half of that is."""
+def median_box(distance: Map, origin: Vec3) -> Box | InfiniteSphere:
+    """The box whose six sides stand where half of what each face of the cube sees stands nearer. A side is `FAR_AWAY`
+    where half of that is infinitely far; where all six are, there is no box but the sphere at infinity."""
     along = 1.0 / np.maximum(inverse_chebyshev(distance), 1.0 / FAR_AWAY)  # on a face: the distance from its side
     solid_angle = texel_solid_angle(distance.shape[-1]).ravel()
-    reach = [_weighted_median(each.ravel(), solid_angle) for each in along]
+    reach = [weighted_median(each.ravel(), solid_angle) for each in along]
+    if min(reach) >= FAR_AWAY:
+        return InfiniteSphere()
     sides = np.asarray(origin)[:, None] + np.array(reach).reshape(3, 2) * (1.0, -1.0)
     upper, lower = ((float(x), float(y), float(z)) for x, y, z in sides.T)
     return Box(lower, upper, origin)
@@ -77,7 +79,8 @@ def _filled(values: Map, known: Bool[np.ndarray, "6 size size"]) -> Map:
     return np.where(known, values, quarter)
 
 
-def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+def weighted_median(values: Float[np.ndarray, "n"], weights: Float[np.ndarray, "n"]) -> float:
+    """The least of the values that, with all below it, has half of the weight."""
     order = np.argsort(values, kind="stable")
     running = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(running, 0.5 * running[-1])])

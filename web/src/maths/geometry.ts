@@ -7,7 +7,7 @@ export type Kind = (typeof KINDS)[number];
 
 const RELIEF = KINDS.length; // its number behind those of the shapes
 const LIMIT = 64; // reflet.envmap.relief
-const FAR_AWAY = 1e30;
+const FAR_AWAY = 1e15; // sides of boxes that are not there: reflet.envmap.shapes
 
 /** The true distances of what a map shows, as a cube of half floats: `inverse_distance` of reflet.envmap.relief. */
 export interface Relief {
@@ -55,17 +55,25 @@ export function nearestInverse({ inverseDistance }: Relief): number {
   return exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa;
 }
 
+/** A corner of a box, with the sides of another where its own are not there. */
+function withSides(corner: Vec3, other: Vec3): Vec3 {
+  const side = (axis: 0 | 1 | 2) => (Math.abs(corner[axis]) < 0.5 * FAR_AWAY ? corner : other)[axis];
+  return [side(0), side(1), side(2)];
+}
+
 const ROUND = Math.cbrt(6 / Math.PI); // half the edge of a cube times this is the radius of the ball of its volume
 
-/** The box of about the same volume; that of the surroundings where the geometry has no size. */
+/** The box of about the same volume; that of the surroundings, or some of its sides, where the geometry has none. */
 function boxOf(geometry: Geometry, surroundings: Bounds): Bounds {
   switch (geometry.kind) {
     case "infinite_sphere":
       return surroundings;
     case "box":
-      return geometry;
     case "relief": // where its searches start
-      return geometry.upper[0] < FAR_AWAY ? geometry : surroundings;
+      return {
+        lower: withSides(geometry.lower, surroundings.lower),
+        upper: withSides(geometry.upper, surroundings.upper),
+      };
     case "hemisphere": {
       const { centre, floor } = geometry;
       const [x, y, z] = scale(geometry.radii, 1 / ROUND);
