@@ -30,7 +30,7 @@ def depth_gaps(distance: Float[np.ndarray, "6 size size"], nearest: float, most:
         return ()
     near, far = _pairs(np.where(finite, distance, np.inf).astype(np.float64))
     jumps = far > _JUMP * near
-    highest = float(distance[finite].max())
+    highest = float(distance[finite].max()) * (1.0 if finite.all() else _JUMP)  # between all there is and the sky too
     if not jumps.any() or highest <= nearest:
         return ()
     tried = np.geomspace(max(nearest, float(distance[finite].min())), highest, _CANDIDATES)
@@ -51,7 +51,10 @@ def _pairs(distance: Float[np.ndarray, "6 size size"]) -> tuple[Float[np.ndarray
     """The nearer and the farther of all neighbouring texels, across the edges of faces too."""
     inverse = padded_faces(1.0 / distance)  # no pair is lost at infinity
     here = inverse[:, 1:-1, 1:-1]
-    beside = np.stack([inverse[:, 1:-1, 2:], inverse[:, 2:, 1:-1]])
+    middle = slice(1, -1)
+    beside = np.stack(  # each pair is met from both sides
+        [inverse[:, middle, 2:], inverse[:, middle, :-2], inverse[:, 2:, middle], inverse[:, :-2, middle]]
+    )
     both = np.stack([np.broadcast_to(here, beside.shape), beside])
     with np.errstate(divide="ignore"):
         return 1.0 / both.max(0).ravel(), 1.0 / both.min(0).ravel()

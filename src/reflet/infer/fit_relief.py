@@ -42,7 +42,7 @@ def median_box(distance: Map, origin: Vec3) -> Box | InfiniteSphere:
     along = 1.0 / np.maximum(inverse_chebyshev(distance), 1.0 / FAR_AWAY)  # on a face: the distance from its side
     solid_angle = texel_solid_angle(distance.shape[-1]).ravel()
     reach = [weighted_median(each.ravel(), solid_angle) for each in along]
-    if min(reach) >= FAR_AWAY:
+    if min(reach) > 0.5 * FAR_AWAY:
         return InfiniteSphere()
     sides = np.asarray(origin)[:, None] + np.array(reach).reshape(3, 2) * (1.0, -1.0)
     upper, lower = ((float(x), float(y), float(z)) for x, y, z in sides.T)
