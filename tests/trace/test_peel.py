@@ -35,8 +35,8 @@ def probe_of(what: Scene, shells: Shells, size: int = 8, spp: int = 4) -> Static
 
 @pytest.fixture(scope="module")
 def nested() -> Scene:
-    """Five spheres around a ball, each as bright as its radius, under a sky of 7. Rays slip past edges of triangles that they
-    meet exactly: no texel looks along one."""
+    """Five spheres around a ball, each as bright as its radius, under a sky of 7. Rays may slip past an edge of
+    triangles that they meet exactly: with 37 rows no texel looks along one."""
     spheres = [Part(f"sphere {r}", sphere(radius=r, rows=37), glow(r)) for r in RADII]
     return scene([BALL, *spheres], [(0,)], constant_light(SKY))
 
