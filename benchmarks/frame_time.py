@@ -5,13 +5,18 @@
 Without an argument a torus of 40,000 triangles is drawn; of a mesh file, its metallic parts. 512² pixels, maps of
 256² texels a face (a PEM has its own), two layers and two blended samples, on the fast and on the exact path, against
 *plain*, the plainest shader there is: one map at infinity, interpolated normals, the LOD of the hardware; it draws
-the same triangles in the same passes into the same textures. Frames alternate and medians count, so that a busy machine
-changes the ratios little. Prints milliseconds a frame, by the clock and of processor time, and the ratios.
+the same triangles in the same passes into the same textures.
+
+Then the distant light alone, from one set of maps for all viewpoints: two shells with reliefs (of a PEM that has
+shells, its own) and one relief against *one box*, by all three ways to draw.
+
+Frames alternate and medians count, so that a busy machine changes the ratios little. Prints milliseconds a frame, by
+the clock and of processor time, and the ratios.
 """
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +27,8 @@ import numpy as np
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import texel_directions
+from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev
 from reflet.pem.container import open_pem
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.render.playback.renderer import Renderer
@@ -83,40 +90,123 @@ def pem_of(path: Path | None) -> ParameterizedEnvironmentMap:
 
 
 def plain_pem(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
-    """The first distant map of each part at infinity, in one sample."""
-    kept = [i for i, layer in enumerate(pem.layers) if layer.kind == "distant"]
-    maps = tuple(replace(pem.maps[0][i], geometry=InfiniteSphere()) for i in kept)
-    layers = tuple(replace(pem.layers[i], geometry=InfiniteSphere()) for i in kept)
-    axes = tuple(Axis(axis.name, axis.values[:1]) for axis in pem.space.axes)
-    return replace(pem, layers=layers, maps=[maps], space=ParameterSpace(axes, pem.space.orbit))
+    """The last distant map of each part at infinity, in one sample."""
+    layers = tuple(replace(pem.layers[i], geometry=InfiniteSphere(), begin=0.0) for i in last_shells(pem))
+    maps = tuple(static_maps(pem)[i] for i in last_shells(pem))
+    space = ParameterSpace((Axis("azimuth_deg", (60.0,)),), pem.space.orbit)
+    return replace(pem, layers=layers, maps=[maps], space=space, base=())
+
+
+def last_shells(pem: ParameterizedEnvironmentMap) -> list[int]:
+    """Indices of the layers that hide all behind them."""
+    return [i for i in pem.distant_layers if pem.layers[i].end == np.inf]
+
+
+def static_maps(pem: ParameterizedEnvironmentMap) -> dict[int, EnvMap]:
+    """Maps of the distant layers, for all viewpoints or for the first."""
+    maps = pem.base or [pem.maps[0][i] for i in pem.distant_layers]
+    return dict(zip(pem.distant_layers, maps, strict=True))
+
+
+def static_pem(pem: ParameterizedEnvironmentMap, layers: dict[Layer, EnvMap]) -> ParameterizedEnvironmentMap:
+    """The same scene with distant layers alone, whose maps serve all viewpoints."""
+    space = ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit)
+    return replace(pem, layers=tuple(layers), maps=[], base=tuple(layers.values()), space=space)
+
+
+def one_box(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
+    """Of each object one distant layer, its geometry a box."""
+    maps = static_maps(pem)
+    return static_pem(
+        pem, {replace(pem.layers[i], geometry=box_of(pem, i), begin=0.0): maps[i] for i in last_shells(pem)}
+    )
+
+
+def box_of(pem: ParameterizedEnvironmentMap, number: int) -> Box:
+    """The box of a layer: its own, or that where its searches start."""
+    geometry = pem.layers[number].geometry
+    match geometry:
+        case Box():
+            return geometry
+        case Relief() if geometry.upper[0] < FAR_AWAY:
+            return Box(geometry.lower, geometry.upper, geometry.origin)
+    positions = np.concatenate([part.mesh.positions for part in pem.scene.parts])
+    return Box(tuple(positions.min(0)), tuple(positions.max(0)), tuple(positions.mean(0)))
+
+
+def reliefs_of(box: Box) -> tuple[Relief, Relief]:
+    """The box with a table in it, and without."""
+    direction = texel_directions(128)
+    walls = np.linalg.norm(box.lookup_direction(np.broadcast_to(box.origin, direction.shape), direction), axis=-1)
+    below = -direction[..., 1]
+    table = np.where(below > 0.3, 0.2 / np.maximum(below, 0.3), walls)
+    near, far = (inverse_chebyshev(distance).astype(np.float16) for distance in (np.minimum(table, walls), walls))
+    return Relief(near, box.lower, box.upper, box.origin), Relief(far, box.lower, box.upper, box.origin)
+
+
+def with_reliefs(pem: ParameterizedEnvironmentMap, count: int) -> ParameterizedEnvironmentMap:
+    """Of each object so many shells, their geometries reliefs; a nearer one's map covers what lies below."""
+    layers: dict[Layer, EnvMap] = {}
+    for i in last_shells(pem):
+        last, env_map = pem.layers[i], static_maps(pem)[i]
+        near, far = reliefs_of(box_of(pem, i))
+        if count == 2:
+            shell = replace(last, geometry=near, begin=0.0, end=1.0)
+            direction = [shell.parameterization.texel_directions(n)[0].reshape(-1, 3) for n in shell.chain.level_sizes]
+            alpha = np.concatenate(direction)[:, 1:2] < -0.3
+            texels = np.concatenate([env_map.texels * alpha, alpha], 1).astype(np.float16)
+            layers[shell] = EnvMap(shell.chain, texels, near)
+        layers[replace(last, geometry=far, begin=float(count - 1))] = env_map
+    return static_pem(pem, layers)
+
+
+def two_shells(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
+    """The PEM's own shells, or two that are made up."""
+    if len(last_shells(pem)) == len(pem.distant_layers):
+        return with_reliefs(pem, 2)
+    return static_pem(pem, {pem.layers[i]: env_map for i, env_map in static_maps(pem).items()})
+
+
+def measure(title: str, frames: dict[str, Callable[[], object]]) -> None:
+    """Prints the times of frames, the last of which the others are compared with."""
+    times = np.empty((ROUNDS + 1, len(frames), 2))
+    for i in range(len(times)):
+        for j, draw in enumerate(frames.values()):
+            start = time.perf_counter(), time.process_time()
+            draw()
+            times[i, j] = 1000 * (time.perf_counter() - start[0]), 1000 * (time.process_time() - start[1])
+    medians = np.median(times[1:], 0)  # the first frames build pipelines
+    *_, reference = frames
+    print(title)
+    for name, (wall, processor), ratio in zip(frames, medians, medians / medians[-1], strict=True):
+        print(
+            f"  {name:15s} {wall:6.0f} ms ({processor:6.0f} ms of processors), "
+            f"{ratio[0]:.2f} ({ratio[1]:.2f}) times {reference}"
+        )
 
 
 def main() -> None:
     pem = pem_of(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
-    between = {axis.name: float(np.mean(axis.values[:2])) for axis in pem.space.axes}
+    between = {axis.name: float(np.mean(axis.values[:2])) for axis in pem.space.axes if axis.values}
     camera = pem.space.orbit.camera(between)
     layered, plain = Renderer(pem), Renderer(plain_pem(pem))
     with patch("reflet.render.playback.passes.link", lambda program: link_text(PLAIN.read_text())):
         plain.frame(camera, samples=1)  # builds the pipeline from the plain program
-    frames = (
-        ("layered, fast", partial(layered.frame, camera, exact=False)),
-        ("layered, exact", partial(layered.frame, camera)),
-        ("plain", partial(plain.frame, camera)),
-    )
     for samples in (16, 4):
-        times = np.empty((ROUNDS + 1, len(frames), 2))
-        for i in range(len(times)):
-            for j, (_, draw) in enumerate(frames):
-                start = time.perf_counter(), time.process_time()
-                draw(samples=samples)
-                times[i, j] = 1000 * (time.perf_counter() - start[0]), 1000 * (time.process_time() - start[1])
-        medians = np.median(times[1:], 0)  # the first frames build pipelines
-        print(f"{samples} samples a pixel")
-        for (name, _), (wall, processor), ratio in zip(frames, medians, medians / medians[-1], strict=True):
-            print(
-                f"  {name:15s} {wall:6.0f} ms ({processor:6.0f} ms of processors), "
-                f"{ratio[0]:.2f} ({ratio[1]:.2f}) times plain"
-            )
+        frames: dict[str, Callable[[], object]] = {
+            "layered, fast": partial(layered.frame, camera, samples=samples, exact=False),
+            "layered, exact": partial(layered.frame, camera, samples=samples),
+            "plain": partial(plain.frame, camera, samples=samples),
+        }
+        measure(f"{samples} samples a pixel", frames)
+    kinds = {"two shells": two_shells(pem), "one relief": with_reliefs(pem, 1), "one box": one_box(pem)}
+    renderers = {name: Renderer(kind) for name, kind in kinds.items()}
+    for title, way in (
+        ("4 samples a pixel, exact", {"samples": 4}),
+        ("4 samples a pixel, fast", {"samples": 4, "exact": False}),
+        ("4 samples a pixel in one pass, fast", {"samples": 4, "exact": False, "multisampled": True}),
+    ):
+        measure(title, {name: partial(renderer.frame, camera, **way) for name, renderer in renderers.items()})
 
 
 if __name__ == "__main__":

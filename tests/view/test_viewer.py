@@ -119,7 +119,11 @@ def browser_frame(session, name):
 
 def srgb_display(radiance):
     """CONVENTIONS.md: sRGB(1 - exp(-1.6 radiance))."""
-    linear = 1.0 - np.exp(-1.6 * radiance)
+    return srgb(1.0 - np.exp(-1.6 * radiance))
+
+
+def srgb(linear):
+    """Linear light as a display shows it."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
@@ -147,6 +151,11 @@ def test_the_page_has_nothing_to_complain_of(session):
 @pytest.mark.parametrize("name", ARGUMENTS)
 def test_frames_equal_the_renderers_byte_for_byte(session, drawn, name):
     np.testing.assert_array_equal(browser_frame(session, name), drawn[name])
+
+
+def test_a_settled_picture_is_of_full_size(session):
+    """As soon as the viewer is ready too, even where nothing has to be fetched any more."""
+    assert session[0]["settledSize"] == [120, 90]
 
 
 def test_each_step_changes_the_picture(session):
@@ -221,7 +230,7 @@ def test_maps_show_alpha_distance_and_what_serves_all_viewpoints(session):
     inverse = pem.layers[0].geometry.inverse_distance
     expected = {
         "alpha": [near.level(mip_level)[..., 3] for mip_level in range(3)],
-        "distance": [inverse / inverse.max().astype(float)],
+        "distance": [srgb(inverse / inverse.max().astype(float))],
         "base": [srgb_display(pem.base[1].level(mip_level).astype(float)) for mip_level in range(3)],
     }
     for name, levels in expected.items():

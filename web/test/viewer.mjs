@@ -97,6 +97,14 @@ await withPage(async (page) => {
   // Other kinds of PEMs.
   for (const [name, { address: where, viewpoint: point }] of Object.entries(JSON.parse(others))) {
     await page.goto(where);
+    if (name === "static") {
+      seen.settledSize = await viewer(async (element) => {
+        await element.ready;
+        await element.settled();
+        const { width, height } = element.shadowRoot.querySelector("canvas");
+        return [width, height];
+      });
+    }
     await viewer((element) => element.ready);
     await viewer((element, to) => {
       element.viewpoint = to;

@@ -60,7 +60,7 @@ fn map_view(@builtin(position) position: vec4f) -> @location(0) vec4f {
     return vec4f(vec3f(value.a), 1.0);
   }
   if (view.shows == SHOWS_DISTANCE) {
-    return vec4f(vec3f(value.r * view.exposure), 1.0);
+    return vec4f(tone_mapped(vec3f(value.r * view.exposure), TONE_LINEAR), 1.0);
   }
   // The board stands for a display value; compositing happens in display values, where it shows evenly.
   return vec4f(tone_mapped(value.rgb * view.exposure, view.curve) + (1.0 - value.a) * board(position.xy), 1.0);

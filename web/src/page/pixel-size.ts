@@ -21,6 +21,7 @@ export function followPixelSize(element: HTMLElement, tell: Tell, signal: AbortS
   }
   signal.addEventListener("abort", () => observer.disconnect());
   followRatio(measure, signal);
+  measure(); // observers tell it after the next frame only
 }
 
 /** What is exact by the element's place on the screen is within a pixel of what its size comes to; else it is outdated. */

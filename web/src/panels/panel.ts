@@ -27,11 +27,7 @@ function shellNames(pem: Pem): string[] {
 
 /** "relief and box": the kinds of the first object's shells. */
 const bakedKinds = (pem: Pem): string =>
-  words(
-    shellsOf(pem)[0]
-      ?.map(({ geometry }) => geometry.kind)
-      .join(" and ") ?? "none",
-  );
+  words([...new Set(shellsOf(pem)[0]?.map(({ geometry }) => geometry.kind) ?? ["none"])].join(" and "));
 
 const labelOf = ({ name, kind }: Layer): string => (name.includes(kind) ? name : `${name}, ${kind}`);
 

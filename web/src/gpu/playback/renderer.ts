@@ -2,7 +2,7 @@
 
 import { nearestInverse } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
-import { TONE_CURVES, type Tone } from "../../maths/tone";
+import { NORMAL_EXPOSURE, TONE_CURVES, type Tone } from "../../maths/tone";
 import type { MapShows, Pem } from "../../scene/pem";
 import type { Stack } from "../../scene/stacks";
 import { PictureSum } from "../device/picture-sum";
@@ -67,8 +67,9 @@ export class Renderer {
     const shell = layers.indexOf(layer);
     const data = new ArrayBuffer(48);
     const origin = [(width - across * faceSize) / 2, (height - 2 * faceSize) / 2].map(Math.round);
-    // Of the distances' inverses the largest is white.
-    new Float32Array(data).set([...origin, faceSize, ofRelief ? 1 / nearestInverse(relief) : tone.exposure]);
+    // Of the distances' inverses the largest is white, at normal exposure.
+    const brightness = ofRelief ? 1 / (NORMAL_EXPOSURE * nearestInverse(relief)) : 1;
+    new Float32Array(data).set([...origin, faceSize, brightness * tone.exposure]);
     new Uint32Array(data).set(
       [
         TONE_CURVES.indexOf(tone.curve),
