@@ -33,9 +33,10 @@ def compare(
 ) -> None:
     """Ray-traces viewpoints of its own and measures what each method makes of them on the object's pixels.
 
-    At the samples, halfway between them, and 10° and 20° above: the layered PEM, its distant layer alone, single-layer
-    PEMs of four geometries, a static environment map from the object's centre, and the same projected on a box. Display
-    PSNR, SSIM and FLIP, with error images in one figure.
+    At the samples, halfway between them, 10° and 20° above, and all around: the layered PEM; its distant layer alone,
+    as played, of the joint set, and of static shells; static shells for everything; single-layer PEMs of four
+    geometries; a static environment map from the object's centre, and the same projected on a box. Display PSNR, SSIM
+    and FLIP, with error images in one figure.
 
     \b
     Examples:

@@ -8,7 +8,7 @@ from reflet.envmap.parameterizations.cube import texel_solid_angle
 from reflet.envmap.relief import Relief, inverse_chebyshev, padded_faces
 from reflet.envmap.shapes import FAR_AWAY, Box, InfiniteSphere, Vec3
 
-RELIEF_SIZE = 64
+RELIEF_SIZE = 128
 
 Map = Float[np.ndarray, "6 size size"]
 

@@ -55,6 +55,7 @@ from reflet.trace.variant import use_variant
 LOD_BIAS = -2.0
 STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: sharper lookups show more of them
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
+STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
 TIMINGS = "timings.jsonl"
 _HELD = 0.1  # regularization that holds a viewpoint's maps to the base: with less they are worse elsewhere
 Base = Literal["none", "static", "joint"]
@@ -151,7 +152,8 @@ def bake(
     progress("prepare", 1, _PREPARATIONS)
     on_hull = hull_triangles(scene)
     progress("prepare", 2, _PREPARATIONS)
-    tracer = _tracer_with_irradiance(scene, variant, spp, writer, progress)
+    paths = spp * (STATIC_IRRADIANCE_SPP if static else IRRADIANCE_SPP)
+    tracer = _tracer_with_irradiance(scene, variant, paths, writer, progress)
     choices = choose_distant(tracer, space, distant, shells, progress)
     divided = [choice.shells for choice in choices]
     probes = trace_probes(tracer, divided, probe_size(chain), writer, progress)
@@ -299,7 +301,7 @@ def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
 
 
 def _tracer_with_irradiance(
-    scene: Scene, variant: str, spp: int, writer: PemWriter, progress: ProgressCallback
+    scene: Scene, variant: str, paths: int, writer: PemWriter, progress: ProgressCallback
 ) -> Tracer:
     """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
     state = writer.load_state("irradiance")
@@ -313,7 +315,7 @@ def _tracer_with_irradiance(
             progress("prepare", _PREPARATIONS, _PREPARATIONS)
         progress("diffuse light", done, total)
 
-    tracer = Tracer(scene, variant=variant, irradiance_spp=IRRADIANCE_SPP * spp, progress=report)
+    tracer = Tracer(scene, variant=variant, irradiance_spp=paths, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
 

@@ -15,7 +15,7 @@ from reflet.scene.scene import Scene
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
 from reflet.trace.tracer import Tracer
 
-PROBE_SPP = 64
+PROBE_SPP = 16  # more show nothing: pictures average many texels
 
 
 def probe_size(chain: MipChain) -> int:
