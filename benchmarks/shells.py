@@ -2,10 +2,10 @@
 
     python benchmarks/shells.py furniture_room|half_open|SCENE FOLDER [--views 3] [--spacing 2] [--joint-spacing 40] …
 
-Bakes the scene both ways into FOLDER (and goes on with bakes that are there), and prints the display PSNR of the distant
-layer alone, under the traced local layer: of maps of viewpoints on a box, of what the shells' PEM plays, of its joint set
-alone, of static shells, and of the whole object, at the samples and all around. Beside them, the seconds that the joint set
-took a viewpoint.
+Bakes the scene both ways into FOLDER (and goes on with bakes that are there), and prints the display PSNR of the
+distant layer alone, under the traced local layer: of maps of viewpoints on a box, of what the shells' PEM plays, of its
+joint set alone, of static shells, and of the whole object, at the samples and all around. Beside them, the seconds that
+the joint set took a viewpoint.
 """
 
 import argparse
@@ -87,9 +87,8 @@ def _joint_seconds(folder: Path) -> str:
     lines = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()]
     told = [line for line in lines if "joint_seconds" in line]
     return ", ".join(
-        f"joint set of {line['joint_viewpoints']} viewpoints: {line['joint_seconds'] / line['joint_viewpoints']:.2f} s each"
-        for line in told
-    )
+        f"joint set of {line['joint_viewpoints']} viewpoints: {line['joint_seconds'] / line['joint_viewpoints']:.2f} s
+        each" for line in told )
 
 
 if __name__ == "__main__":
