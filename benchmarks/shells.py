@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import furniture_rooms
+
 from reflet.pem.container import open_pem
 from reflet.pem.reader import read_statistics
 from reflet.pipelines.bake import bake
@@ -86,9 +87,9 @@ def _choices(folder: Path) -> tuple[list[str], list[dict]]:
 def _joint_seconds(folder: Path) -> str:
     lines = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()]
     told = [line for line in lines if "joint_seconds" in line]
-    return ", ".join(
-        f"joint set of {line['joint_viewpoints']} viewpoints: {line['joint_seconds'] / line['joint_viewpoints']:.2f} s
-        each" for line in told )
+    (line,) = told
+    count = line["joint_viewpoints"]
+    return f"joint set of {count}, {line['joint_seconds'] / count:.2f} s a viewpoint"
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from reflet.cli.progress import progress_bar
 @click.option(
     "--spp", type=click.IntRange(1), default=256, show_default=True, help="Rays a pixel of the ray-traced reference."
 )
+@click.option("--rivals/--no-rivals", default=True, help="Infer and measure older methods too; the default.")
 @variant_option
 def compare(
     pem: Path,
@@ -29,6 +30,7 @@ def compare(
     images: Path | None,
     samples: str | None,
     spp: int,
+    rivals: bool,
     variant: str,
 ) -> None:
     """Ray-traces viewpoints of its own and measures what each method makes of them on the object's pixels.
@@ -42,6 +44,7 @@ def compare(
     Examples:
       reflet compare teapot --figure compare.png
       reflet compare teapot --json compare.json --images pictures --samples 4
+      reflet compare teapot --no-rivals
     """
     import json
 
@@ -68,6 +71,7 @@ def compare(
             samples=int(samples) if samples else None,
             reference_spp=spp,
             variant=VARIANTS[variant],
+            rivals=rivals,
             images=images,
             progress=progress,
         )

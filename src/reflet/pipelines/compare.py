@@ -79,6 +79,7 @@ def compare(
     reference_spp: int = 256,
     trace_spp: int | None = None,
     variant: str = "llvm_ad_rgb",
+    rivals: bool = True,
     images: str | Path | None = None,
     progress: ProgressCallback = silent,
 ) -> Comparison:
@@ -87,8 +88,7 @@ def compare(
 
     Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (default: those
     that the maps were inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp``
-    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples
-    a pixel. With ``images`` the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr``
+    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own layers show is measured, in a third of the time. With ``images`` the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr``
     with what = reference, mask, or a method (radiance of the object, zero where the mask is), and reference-picture and
     layered-picture (everything). Holds about 20 bytes a pixel and view, and the rivals' maps.
     """
@@ -146,7 +146,7 @@ def compare(
     adapter = adapter_name(renderer.device)
     del renderer, static, distant_layers
     noise = _noise_floor(tracer, references[0], reference_spp)
-    for method, rival in _rivals(pem, space, tracer, trace_spp, progress):
+    for method, rival in _rivals(pem, space, tracer, trace_spp, progress) if rivals else ():
         renderer = Renderer(rival)
         for reference in references:
             image = straight(renderer.frame(reference.view.camera, what="object", samples=samples))
