@@ -88,9 +88,11 @@ def compare(
 
     Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (default: those
     that the maps were inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp``
-    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own layers show is measured, in a third of the time. With ``images`` the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr``
-    with what = reference, mask, or a method (radiance of the object, zero where the mask is), and reference-picture and
-    layered-picture (everything). Holds about 20 bytes a pixel and view, and the rivals' maps.
+    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples
+    a pixel. Without ``rivals`` only what the PEM's own layers show is measured, in a third of the time. With ``images``
+    the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr`` with what = reference,
+    mask, or a method (radiance of the object, zero where the mask is), and reference-picture and layered-picture
+    (everything). Holds about 20 bytes a pixel and view, and the rivals' maps.
     """
     samples = samples or pem.sample_count
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
