@@ -2,13 +2,17 @@
 
 import { KINDS } from "../maths/geometry";
 import { TONE_CURVES } from "../maths/tone";
-import { type Layer, MAP_SHOWS, type Pem } from "../scene/pem";
+import { type Layer, MAP_SHOWS, type Pem, type Shown } from "../scene/pem";
 import { stacksOf } from "../scene/stacks";
 import { Form } from "./form";
 import { checks, chooser, exposureSlider, segments, slider, words } from "./markup";
 import type { Settings } from "./settings";
 
-const LAYERS = ["distant", "local", "diffuse", "fresnel"] as const;
+/** What of the picture can be left out: local light where there is any. */
+function switchesOf(pem: Pem): (keyof Shown)[] {
+  const local = pem.maps.length > 0 && pem.layers.some(({ kind }) => kind === "local");
+  return ["distant", ...(local ? ["local" as const] : []), "diffuse", "fresnel"];
+}
 
 /** The shells of each object, the nearest first. */
 const shellsOf = (pem: Pem): Layer[][] =>
@@ -55,13 +59,17 @@ const template = (pem: Pem): string => {
     )}
   </div>
   <div data-for="picture">
-    ${segments("blend", "Viewpoints", [
-      ["blended", "Blended"],
-      ["nearest", "Nearest"],
-    ])}
+    ${
+      pem.maps.length > 1
+        ? segments("blend", "Viewpoints", [
+            ["blended", "Blended"],
+            ["nearest", "Nearest"],
+          ])
+        : ""
+    }
     ${checks(
       "Layers",
-      LAYERS.map((name) => [name, name]),
+      switchesOf(pem).map((name) => [name, name]),
     )}
     ${
       shells.length > 1
@@ -100,8 +108,8 @@ export class Panel extends Form {
   show(): void {
     const { settings } = this;
     this.radio("view", settings.view);
-    this.radio("blend", settings.blend ? "blended" : "nearest");
-    for (const name of LAYERS) this.input(name).checked = settings.shown[name];
+    if (this.input("blend")) this.radio("blend", settings.blend ? "blended" : "nearest");
+    for (const name of switchesOf(this.pem)) this.input(name).checked = settings.shown[name];
     for (const [input, shell] of this.shells) input.checked = !settings.hiddenShells.includes(shell);
     this.input("layer").value = String(settings.layer);
     if (this.input("mapOf")) this.radio("mapOf", settings.mapOf);
@@ -121,8 +129,8 @@ export class Panel extends Form {
     const { settings } = this;
     const data = new FormData(this.element);
     settings.view = data.get("view") as Settings["view"];
-    settings.blend = data.get("blend") === "blended";
-    for (const name of LAYERS) settings.shown[name] = data.has(name);
+    if (data.has("blend")) settings.blend = data.get("blend") === "blended";
+    for (const name of switchesOf(this.pem)) settings.shown[name] = data.has(name);
     settings.hiddenShells = this.shells.filter(([input]) => !input.checked).map(([, shell]) => shell);
     settings.layer = Number(data.get("layer"));
     settings.mapOf = (data.get("mapOf") ?? settings.mapOf) as Settings["mapOf"];
