@@ -289,10 +289,10 @@ def infer_view(
 def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
     """Raises RefletError where inference would not fit into the memory that is free.
 
-    A solve holds about nine vectors of four float32 a texel, the G-buffer 72 bytes a sub-sample, a rendering matrix
+    A solve holds about fourteen vectors of four float32 a texel, the G-buffer 72 bytes a sub-sample, a rendering matrix
     about as much again. Tables and trees of the scene take up to 700 bytes a triangle (benchmarks/large_meshes.py).
     """
-    needed, free = 144 * texels + 144 * sub_samples + 700 * triangles, psutil.virtual_memory().available
+    needed, free = 224 * texels + 144 * sub_samples + 700 * triangles, psutil.virtual_memory().available
     if needed > free:
         raise RefletError(
             f"This bake takes about {needed / 2**30:.0f} GiB of memory, {free / 2**30:.0f} GiB are free; choose smaller"

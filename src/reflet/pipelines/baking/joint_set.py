@@ -82,25 +82,44 @@ def infer_joint_set(
     The priors are ``static_maps``. What is done is kept in the writer's state: rows by viewpoint, then the texels.
     Needs disk space of about 12 bytes a tap, and memory for one viewpoint's rows beside that of a solve.
     """
-    for number, point in enumerate(points):
-        progress("joint set", number, len(points) + 1)
-        camera = space.orbit.camera(point)
-        if writer.has_state(_name(number, len(layers) - 1)) or object_around(tracer.scene, camera) is not None:
-            continue
-        view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=_SEED + number, shells=shells)
-        for index, block in enumerate(_view_rows(tracer.scene, view, layers, lod_bias)):
-            writer.save_state(_name(number, index), **_arrays(block))
-        del view
+    names = [[_name(number, index) for number in range(len(points))] for index in range(len(layers))]
+    if not all(writer.has_state(_solved(index)) for index in range(len(layers))):
+        for number, point in enumerate(points):
+            progress("joint set", number, len(points) + 1)
+            camera = space.orbit.camera(point)
+            if writer.has_state(names[-1][number]) or object_around(tracer.scene, camera) is not None:
+                continue
+            view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=_SEED + number, shells=shells)
+            for index, block in enumerate(_view_rows(tracer.scene, view, layers, lod_bias)):
+                writer.save_state(names[index][number], **_arrays(block))
+            del view
     progress("joint set", len(points), len(points) + 1)
     maps, solutions = [], []
     for index, (layer, static) in enumerate(zip(layers, static_maps, strict=True)):
-        names = [_name(number, index) for number in range(len(points))]
-        rows = _StoredRows(writer, [name for name in names if writer.has_state(name)], layer.chain.texel_count)
-        solution = infer_map(rows, static.texels, layer.chain, _SETTINGS)
+        solution = _load_solution(writer, index)
+        if solution is None:
+            stored = [name for name in names[index] if writer.has_state(name)]
+            rows = _StoredRows(writer, stored, layer.chain.texel_count)
+            solution = infer_map(rows, static.texels, layer.chain, _SETTINGS)
+            writer.save_state(_solved(index), **{name: np.asarray(value) for name, value in vars(solution).items()})
         maps.append(EnvMap(layer.chain, solution.texels, layer.geometry))
         solutions.append(solution)
+    writer.drop_state(name for of_layer in names for name in of_layer)
     progress("joint set", len(points) + 1, len(points) + 1)
     return maps, solutions
+
+
+def _solved(layer: int) -> str:
+    return f"joint-{layer}"
+
+
+def _load_solution(writer: PemWriter, layer: int) -> Solution | None:
+    state = writer.load_state(_solved(layer))
+    if state is None:
+        return None
+    return Solution(
+        state["texels"], int(state["iterations"]), float(state["relative_residual"]), float(state["seen_share"])
+    )
 
 
 def _name(view: int, layer: int) -> str:
