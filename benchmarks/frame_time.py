@@ -28,7 +28,8 @@ from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid, InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions
-from reflet.envmap.relief import FAR_AWAY, Relief, inverse_chebyshev
+from reflet.envmap.relief import Relief, inverse_chebyshev
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.pem.container import open_pem
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.render.playback.renderer import Renderer
@@ -125,11 +126,8 @@ def one_box(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
 def box_of(pem: ParameterizedEnvironmentMap, number: int) -> Box:
     """The box of a layer: its own, or that where its searches start."""
     geometry = pem.layers[number].geometry
-    match geometry:
-        case Box():
-            return geometry
-        case Relief() if geometry.upper[0] < FAR_AWAY:
-            return Box(geometry.lower, geometry.upper, geometry.origin)
+    if isinstance(geometry, Box | Relief) and max(map(abs, (*geometry.lower, *geometry.upper))) < FAR_AWAY:
+        return Box(geometry.lower, geometry.upper, geometry.origin)
     positions = np.concatenate([part.mesh.positions for part in pem.scene.parts])
     return Box(tuple(positions.min(0)), tuple(positions.max(0)), tuple(positions.mean(0)))
 
