@@ -19,7 +19,7 @@ import psutil
 from jaxtyping import Bool, Float
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import KINDS, SHAPES
+from reflet.envmap.geometry import SHAPES
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import parameterization as parameterization_of
 from reflet.envmap.parameterizations.cube import CUBE
@@ -33,7 +33,7 @@ from reflet.infer.records import Solution
 from reflet.infer.solve import SolverSettings
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
-from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, choose_distant
+from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, check_choice, choose_distant
 from reflet.pipelines.baking.choose_fade import choose_fade
 from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
 from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
@@ -46,7 +46,7 @@ from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.framing import check_camera, frame_orbit
+from reflet.scene.views.framing import check_camera, frame_orbit, object_around
 from reflet.scene.views.parameter_space import Axis, ParameterSpace, orbit_space
 from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
@@ -98,8 +98,7 @@ def bake(
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
-    if distant not in (AUTO, *KINDS):
-        raise RefletError(f"The distant geometry is one of {', '.join((AUTO, *KINDS))}; {distant} is none.")
+    check_choice(distant, shells)
     if local not in SHAPES:
         raise RefletError(f"The local geometry is one of {', '.join(SHAPES)}; {local} is none.")
     progress("prepare", 0, _PREPARATIONS)
@@ -109,6 +108,8 @@ def bake(
     chain, local_chain = MipChain(em_size, laid_out), MipChain(local_size or max(em_size // 2, 1), laid_out)
     if spp < 1:
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
+    if joint_spacing_deg is not None and not joint_spacing_deg > 0.0:
+        raise RefletError(f"Viewpoints of the joint set are a positive angle apart, not {joint_spacing_deg:g} degrees.")
     space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
     base_kind: Base = "joint"
     if static:
@@ -173,6 +174,7 @@ def bake(
         ]
     if base_kind == "joint":
         points = joint_points(space, joint_spacing_deg)
+        points = [point for point in points if object_around(scene, space.orbit.camera(point)) is None]
         began = time.perf_counter()
         base, solutions = infer_joint_set(
             tracer, space, points, distant_layers, base, divided, lod_bias, writer,
@@ -233,7 +235,7 @@ def sample_seed(sample: int) -> int:
 
 def static_texels(
     scene: Scene, layers: Sequence[Layer], probes: Sequence[StaticProbe], camera: Camera | None = None
-) -> list[Float[np.ndarray, "texels channels"]]:
+) -> list[Float[np.ndarray, "texels _"]]:
     """The static map of every distant layer, laid out as its maps are; view-dependent ones as at ``camera``."""
     texels = []
     for number, layer in enumerate(layers):
@@ -249,7 +251,7 @@ def infer_view(
     scene: Scene,
     view: TracedView,
     layers: Sequence[Layer],
-    priors: Sequence[Float[np.ndarray, "texels channels"]],
+    priors: Sequence[Float[np.ndarray, "texels _"]],
     on_hull: Bool[np.ndarray, "triangles"],
     lod_bias: float = LOD_BIAS,
     *,

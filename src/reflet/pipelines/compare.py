@@ -187,8 +187,7 @@ def _static_shells(pem: ParameterizedEnvironmentMap, tracer: Tracer) -> Paramete
     """The PEM's shells as static maps alone, shown as `bake` shows them."""
     layers = tuple(pem.layers[index] for index in pem.distant_layers)
     probes = trace_probes(tracer, shells_of(pem.scene, layers), probe_size(layers[0].chain))
-    camera = None if pem.space.sample_count == 0 else pem.space.camera(0)
-    base = _env_maps(layers, static_texels(pem.scene, layers, probes, camera))
+    base = _env_maps(layers, static_texels(pem.scene, layers, probes, pem.space.orbit.camera()))
     space = ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit)
     return replace(pem, space=space, layers=layers, maps=[], base=base, lod_bias=STATIC_LOD_BIAS)
 
@@ -302,7 +301,7 @@ def _rivals(
         )
 
 
-def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels 3"]]) -> tuple[EnvMap, ...]:
+def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels _"]]) -> tuple[EnvMap, ...]:
     return tuple(EnvMap(layer.chain, x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.geometry import SHAPES, Geometry
+from reflet.envmap.geometry import KINDS, SHAPES, Geometry
 from reflet.envmap.relief import FETCHES, Relief
 from reflet.errors import RefletError
 from reflet.infer.depth_gap import depth_gaps
@@ -31,6 +31,7 @@ AUTO, RELIEF = "auto", Relief.kind
 _GAIN = 0.3  # dB that a candidate must gain over cheaper ones
 _IMAGE_SIZE, _MAP_SIZE, _SPP, _SAMPLE_COUNT = 256, 256, 16, 16  # of the trials
 _LOD_BIAS = -2.5
+_PERFECT = 99.0  # dB, where nothing differs
 _PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
 _SEED = 400_000
 
@@ -38,7 +39,7 @@ _SEED = 400_000
 @dataclass(frozen=True)
 class Trial:
     """One candidate: the kinds of its shells' geometries, nearest first, what a lookup costs in fetches, and the
-    display PSNR of its static map, in dB over all trial pictures."""
+    display PSNR of its static map, in dB over all trial pictures, at most `_PERFECT`."""
 
     kinds: tuple[str, ...]
     fetches: int
@@ -64,13 +65,9 @@ def choose_distant(
     """The choice for every object.
 
     ``distant`` is "auto", or the kind of geometry to take; "auto" and "relief" leave the number of shells open unless
-    ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells. Raises
-    RefletError for shells of a shape, and for more than `MOST_SHELLS`.
+    ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells. All is
+    as `check_choice` allows.
     """
-    if shell_count is not None and not 1 <= shell_count <= MOST_SHELLS:
-        raise RefletError(f"An object has 1 to {MOST_SHELLS} shells, not {shell_count}.")
-    if distant in SHAPES and shell_count not in (None, 1):
-        raise RefletError(f"Shells need their true distances; {distant} has none. Choose relief or auto, or one shell.")
     count = len(tracer.scene.objects)
     origins = [em_origin(tracer.scene, item.parts) for item in tracer.scene.objects]
     if distant in SHAPES:
@@ -95,6 +92,16 @@ def choose_distant(
         choices.append(_best(tracer, number, layouts, distant, views))
     progress("choose shells", count, count)
     return choices
+
+
+def check_choice(distant: str, shell_count: int | None) -> None:
+    """Raises RefletError for a geometry that is none, for shells of a shape, and for more than `MOST_SHELLS`."""
+    if distant not in (AUTO, *KINDS):
+        raise RefletError(f"The distant geometry is one of {', '.join((AUTO, *KINDS))}; {distant} is none.")
+    if shell_count is not None and not 1 <= shell_count <= MOST_SHELLS:
+        raise RefletError(f"An object has 1 to {MOST_SHELLS} shells, not {shell_count}.")
+    if distant in SHAPES and shell_count not in (None, 1):
+        raise RefletError(f"Shells need their true distances; {distant} has none. Choose relief or auto, or one shell.")
 
 
 def _best(
@@ -141,10 +148,10 @@ def _fetches(geometry: Geometry) -> int:
 def _score(
     probe: StaticProbe, geometries: Sequence[Geometry], parts: Sequence[int], views: Sequence[HeldBackView]
 ) -> float:
-    """Display PSNR in dB of an object over all views; 0 where none shows it."""
+    """Display PSNR in dB of an object over all views, finite; 0 where none shows it."""
     shells = [
         EnvMap(probe.chain, shell.texels, geometry) for shell, geometry in zip(probe.shells, geometries, strict=True)
     ]
     errors = (view.error(parts, shown_rows(view.gbuffer, shells, _LOD_BIAS)) for view in views)
     error = sum(errors, SquaredError())
-    return error.psnr if error.values else 0.0
+    return min(error.psnr, _PERFECT) if error.values else 0.0

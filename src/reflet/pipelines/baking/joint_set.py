@@ -20,7 +20,6 @@ from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
-from reflet.scene.views.framing import object_around
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.layers import Shells, TracedView
 from reflet.trace.tracer import Tracer
@@ -59,8 +58,8 @@ def joint_points(space: ParameterSpace, spacing_deg: float | None = None) -> lis
 
 
 def _evenly(first: float, last: float, spacing: float) -> np.ndarray:
-    """Both ends, and numbers between them about ``spacing`` apart."""
-    return np.linspace(first, last, max(round((last - first) / spacing), 1) + 1)
+    """Both ends, and numbers between them about ``spacing`` apart; one number where the ends are the same."""
+    return np.linspace(first, last, max(round((last - first) / spacing), last > first) + 1)
 
 
 def infer_joint_set(
@@ -80,15 +79,15 @@ def infer_joint_set(
     """A map of each distant layer of ``layers`` from the views at ``points``, and what inference says of them.
 
     The priors are ``static_maps``. What is done is kept in the writer's state: rows by viewpoint, then the texels.
-    Needs disk space of about 12 bytes a tap, and memory for one viewpoint's rows beside that of a solve.
+    Needs disk space of about 8 bytes a tap, and memory for one viewpoint's rows beside that of a solve.
     """
     names = [[_name(number, index) for number in range(len(points))] for index in range(len(layers))]
     if not all(writer.has_state(_solved(index)) for index in range(len(layers))):
         for number, point in enumerate(points):
             progress("joint set", number, len(points) + 1)
-            camera = space.orbit.camera(point)
-            if writer.has_state(names[-1][number]) or object_around(tracer.scene, camera) is not None:
+            if writer.has_state(names[-1][number]):
                 continue
+            camera = space.orbit.camera(point)
             view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=_SEED + number, shells=shells)
             for index, block in enumerate(_view_rows(tracer.scene, view, layers, lod_bias)):
                 writer.save_state(names[index][number], **_arrays(block))
@@ -98,8 +97,7 @@ def infer_joint_set(
     for index, (layer, static) in enumerate(zip(layers, static_maps, strict=True)):
         solution = _load_solution(writer, index)
         if solution is None:
-            stored = [name for name in names[index] if writer.has_state(name)]
-            rows = _StoredRows(writer, stored, layer.chain.texel_count)
+            rows = _StoredRows(writer, names[index], layer.chain.texel_count)
             solution = infer_map(rows, static.texels, layer.chain, _SETTINGS)
             writer.save_state(_solved(index), **{name: np.asarray(value) for name, value in vars(solution).items()})
         maps.append(EnvMap(layer.chain, solution.texels, layer.geometry))
