@@ -13,14 +13,14 @@ from reflet.envmap.env_map import EnvMap
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import Layer
 from reflet.pem.reader import read_sample
-from reflet.pipelines.baking.held_back import HeldBackView, held_back_views
+from reflet.pipelines.baking.held_back import STEEPEST_DEG, HeldBackView, held_back_views
 from reflet.progress import ProgressCallback, silent
 from reflet.report.measures import SquaredError
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.tracer import Tracer
 
 _FADES_DEG = (2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0, 33.0, 50.0)
-_PLACES = ((0.0, 4.0), (0.0, 9.0), (0.0, 18.0))  # azimuth and elevation from the middle sample
+_AWAY_DEG = (4.0, 9.0, 18.0)  # elevation of the views beyond the sampled ones
 _SPP, _SAMPLE_COUNT = 16, 16
 _SEED = 450_000
 
@@ -36,17 +36,24 @@ def choose_fade(
 ) -> float:
     """The displacement in degrees at which nothing of the samples' maps should be left (`PEM.fade_deg`).
 
-    The one of some ten whose pictures differ least from the traced ones, over views up to 18° above the middle sample.
+    The one of some ten whose pictures differ least from the traced ones, over views up to 18° above the highest sample,
+    or below the lowest one where that is too steep.
     ``base`` holds the maps of the distant layers; the samples' are read from the folder of the bake.
     """
-    progress("fade", 0, len(_PLACES) + 1)
+    progress("fade", 0, len(_AWAY_DEG) + 1)
     views = held_back_views(
-        tracer, space, _PLACES, image_size=space.orbit.image_size, spp=_SPP, sample_count=_SAMPLE_COUNT, seed=_SEED
+        tracer,
+        space,
+        _places(space),
+        image_size=space.orbit.image_size,
+        spp=_SPP,
+        sample_count=_SAMPLE_COUNT,
+        seed=_SEED,
     )
     distant = [number for number, layer in enumerate(layers) if layer.kind == "distant"]
     totals = [SquaredError()] * len(_FADES_DEG)
     for number, view in enumerate(views):
-        progress("fade", number + 1, len(_PLACES) + 1)
+        progress("fade", number + 1, len(_AWAY_DEG) + 1)
         maps = {sample: read_sample(folder, layers, sample) for sample in space.blend_weights(view.point)}
         away = space.displacement_deg(view.point)
         for item in tracer.scene.objects:
@@ -57,8 +64,17 @@ def choose_fade(
             for k, fade in enumerate(_FADES_DEG):
                 share = np.float32(min(away / fade, 1.0))
                 totals[k] += view.error(item.parts, (1.0 - share) * shown[0] + share * shown[1])
-    progress("fade", len(_PLACES) + 1, len(_PLACES) + 1)
+    progress("fade", len(_AWAY_DEG) + 1, len(_AWAY_DEG) + 1)
     return min(zip(_FADES_DEG, totals, strict=True), key=lambda tried: tried[1].total)[0]
+
+
+def _places(space: ParameterSpace) -> list[tuple[float, float]]:
+    """Azimuth and elevation of the views from the middle sample."""
+    middle = space.middle_point()["elevation_deg"]
+    elevations = [point.get("elevation_deg", middle) for point in space.points()]
+    low, high = min(elevations) - middle, max(elevations) - middle
+    above = middle + high + max(_AWAY_DEG) <= STEEPEST_DEG
+    return [(0.0, high + away if above else low - away) for away in _AWAY_DEG]
 
 
 def _samples_rows(
