@@ -46,6 +46,13 @@ def test_the_sky_is_behind_all_that_is_finite() -> None:
     assert 0.8 < near <= 3.0 < far
 
 
+def test_what_touches_the_origin_is_the_nearest() -> None:
+    """The floor on which a flat mirror lies, under the middle of a room."""
+    distance = np.where(texel_directions(SIZE)[..., 1] < 0.0, 0.0, room(2.0))
+    (end,) = depth_gaps(distance, 0.3, 1)
+    assert 0.3 <= end <= 2.0
+
+
 def test_nothing_is_divided_below_the_object_itself() -> None:
     block = cap((0, -1, 0), 25.0)
     (end,) = depth_gaps(np.where(block, room(0.6), room(2.0)), 1.2, 1)

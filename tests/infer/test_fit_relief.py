@@ -73,6 +73,19 @@ def test_of_a_last_shell_the_nearest_counts() -> None:
     np.testing.assert_array_equal(relief.inverse_distance, expected)
 
 
+def test_what_touches_the_origin_is_near_and_finite() -> None:
+    """The floor on which a flat mirror lies: lookups end there, and nothing is not a number."""
+    distance = np.where(texel_directions(8)[..., 1] < 0.0, 0.0, room(2.0, 8))
+    for relief in (last_relief(distance, ORIGIN, START), near_relief(distance, ORIGIN, START)):
+        assert isinstance(relief, Relief) and np.isfinite(relief.inverse_distance).all()
+        assert relief.inverse_distance[3].min() >= 2.0**14 and np.isfinite(relief.limit)
+        r = np.array([[0.6, -0.8, 0.0], [0.6, 0.8, 0.0]])
+        found = relief.lookup_direction(np.array([[0.3, 0.2, -0.3]] * 2), r)
+        assert np.isfinite(found).all()
+        np.testing.assert_allclose(found[0] / found[0, 0], [1.0, 0.0, 0.0], atol=1e-3)  # what lies under the point
+        np.testing.assert_allclose(found[1] / found[1, 1], [(0.2 + 1.5) / 2.0, 1.0, 0.0], rtol=1e-3)
+
+
 def test_a_probe_smaller_than_a_relief_is_its_relief() -> None:
     relief = last_relief(room(2.0, 4), ORIGIN, InfiniteSphere())
     assert isinstance(relief, Relief) and relief.inverse_distance.shape == (6, 4, 4)

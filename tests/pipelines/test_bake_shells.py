@@ -1,6 +1,7 @@
 """Bakes with shells, with and without samples: what is written, what is kept, and that it shows the scene."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,8 @@ from reflet.pipelines.bake import bake
 from reflet.pipelines.baking import choose_distant, joint_set
 from reflet.pipelines.baking.held_back import held_back_views
 from reflet.pipelines.baking.probes import PROBE_SPP
-from reflet.scene.scene import Scene
+from reflet.scene.assemble import assemble
+from reflet.scene.scene import Part, Scene
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.tracer import Tracer
 
@@ -219,3 +221,26 @@ def test_a_scene_without_light_is_baked(tmp_path: Path) -> None:
     pem = small_bake(scene, tmp_path / "pem", orbit(1))
     assert not any(env_map.texels.any() for env_map in pem.base)
     assert [trial["psnr"] for trial in pem.statistics["distant"][0]["trials"]] == [99.0] * 2
+
+
+def test_objects_have_shells_of_their_own(tmp_path: Path) -> None:
+    """The screen is near the ball and far from the knob above it: their layers are as many as each one's gaps."""
+    ball, screen, *room = beside_a_block().parts
+    mesh = replace(ball.mesh, positions=ball.mesh.positions * np.float32(0.4) + np.float32([0.0, 0.6, 0.0]))
+    scene = assemble([ball, Part("knob", mesh, ball.material), screen, *room])
+    space = orbit(1, image_size=40)
+    space = replace(space, orbit=replace(space.orbit, target=(0.0, 0.25, 0.0), distance=1.9))
+    pem = small_bake(scene, tmp_path / "pem", space)
+    names = [item.name for item in pem.scene.objects]
+    assert names == ["ball", "knob"]
+    of_object = {item.name: [layer for layer in pem.layers if layer.parts == item.parts] for item in pem.scene.objects}
+    for item, told in zip(pem.scene.objects, pem.statistics["distant"], strict=True):
+        layers = of_object[item.name]
+        assert [layer.geometry.kind for layer in layers] == told["kinds"]
+        assert [layer.end for layer in layers] == [*told["ends"], np.inf]
+    assert len(of_object["ball"]) == 2 and len(pem.base) == len(pem.layers) == sum(map(len, of_object.values()))
+    tracer = Tracer(pem.scene, irradiance=pem.irradiance)
+    (view,) = held_back_views(tracer, pem.space, [(5.0, 5.0)], image_size=40, spp=16, sample_count=4, seed=3)
+    for name, item in zip(names, pem.scene.objects, strict=True):
+        maps = [env_map for env_map, layer in zip(pem.base, pem.layers, strict=True) if layer.parts == item.parts]
+        assert view.error(item.parts, shown_rows(view.gbuffer, maps, pem.lod_bias)).psnr > 15.0, name

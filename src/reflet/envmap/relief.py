@@ -23,6 +23,7 @@ from reflet.envmap.shapes import Box, Points, Vec3
 from reflet.envmap.texture_filter import MISSING, padded_indices
 
 FETCHES = 4  # of a search: 3 lose 0.3 dB off the orbit, more gain 0.1. A constant, so that shaders need no loop
+_NEAREST = 2.0**14  # in 1/metres: half floats hold it
 _LIMIT = 64.0  # rays are told apart down to this share of the distance of what lies nearest to the origin
 
 
@@ -118,9 +119,9 @@ STEP = 2.0**-16  # of the limit: the first step up from the infinitely far
 
 def inverse_chebyshev(distance: Float[np.ndarray, "6 size size"]) -> Float[np.ndarray, "6 size size"]:
     """From distances along the unit directions of a cube's texels, infinite where nothing is met, to inverse Chebyshev
-    distances."""
+    distances, at most `_NEAREST`: surroundings may touch the origin, as the floor does under a flat mirror."""
     largest = np.abs(texel_directions(distance.shape[-1])).max(-1)
-    return 1.0 / (distance.astype(np.float64) * largest)
+    return 1.0 / np.maximum(distance.astype(np.float64) * largest, 1.0 / _NEAREST)
 
 
 def padded_faces(values: Float[np.ndarray, "6 size size"]) -> Float[np.ndarray, "6 rows columns"]:

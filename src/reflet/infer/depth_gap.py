@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 from reflet.envmap.relief import padded_faces
 
 _JUMP = 1.25
+_TOUCHING = 1e-30  # metres to what touches the origin, which is as good as any
 _CANDIDATES = 96  # distances tried, evenly in the logarithm
 _PLATEAU = 0.02  # of the score: distances that score no less than this below the best are as good
 _LEAST_SCORE = 0.1  # below this there is no gap
@@ -49,7 +50,7 @@ def depth_gaps(distance: Float[np.ndarray, "6 size size"], nearest: float, most:
 
 def _pairs(distance: Float[np.ndarray, "6 size size"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
     """The nearer and the farther of all neighbouring texels, across the edges of faces too."""
-    inverse = padded_faces(1.0 / distance)  # no pair is lost at infinity
+    inverse = padded_faces(1.0 / np.maximum(distance, _TOUCHING))  # no pair is lost at infinity
     here = inverse[:, 1:-1, 1:-1]
     middle = slice(1, -1)
     beside = np.stack(  # each pair is met from both sides
