@@ -222,6 +222,14 @@ def _edit(folder, change):
         (lambda f: _edit(f, lambda d: d["extensions"].pop(EXTENSION)), "plain glTF"),
         (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].update(version=99)), "version 99"),
         (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].pop("layers")), "damaged"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION]["layers"][0].update(end=2.0)), "damaged .*shells"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION]["layers"][0].update(begin=2.0)), "damaged .*shells"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION].update(samples=[], base=[])), "neither samples nor"),
+        (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION]["base"].append("x.ktx2")), "damaged"),
+        (
+            lambda f: (f / "maps/base/0-balls.ktx2").write_bytes((f / "maps/0000/1-ball.ktx2").read_bytes()),
+            "is a cube of 8 rows, not the cube of 16",
+        ),
         (lambda f: _edit(f, lambda d: d["extensions"][EXTENSION]["layers"][0]["geometry"].pop("lower")), "damaged"),
     ],
 )

@@ -17,7 +17,7 @@ from reflet.pem import layout
 from reflet.pem.arrays import read_array
 from reflet.pem.geometry_json import geometry_from_json
 from reflet.pem.gltf_scene import read_parts
-from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -102,6 +102,9 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         )
         for item in extension["layers"]
     )
+    _check_shells(layers)
+    if not extension["samples"] and not extension["base"]:
+        raise ValueError("it has neither samples nor a base")
     return ParameterizedEnvironmentMap(
         scene=scene,
         irradiance=IrradianceMap(**{name: read_array(folder, at) for name, at in extension["irradiance"].items()}),
@@ -128,6 +131,15 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         ),
         fade_deg=extension["fadeDeg"],
     )
+
+
+def _check_shells(layers: Sequence[Layer]) -> None:
+    """Raises ValueError where an object's distant layers do not divide its surroundings."""
+    for parts in {layer.parts for layer in _distant(layers)}:
+        reach = [(layer.begin, layer.end) for layer in _distant(layers) if layer.parts == parts]
+        ends = [end for _, end in reach]
+        if [begin for begin, _ in reach] != [0.0, *ends[:-1]] or ends[-1] != inf or len(reach) > MOST_SHELLS:
+            raise ValueError(f"shells of parts {parts} reach {reach}")
 
 
 def _distant(layers: Sequence[Layer]) -> list[Layer]:
@@ -165,4 +177,9 @@ def read_sample(folder: Path, layers: Sequence[Layer], sample: int) -> tuple[Env
 
 def _read_map(path: Path, layer: Layer) -> EnvMap:
     file = read_ktx2(path)
+    if file.chain != layer.chain:
+        raise RefletError(
+            f"{path} is a {file.chain.parameterization.name} of {file.chain.size} rows, not the "
+            f"{layer.parameterization.name} of {layer.size} that {layout.SCENE} says; copy the folder again."
+        )
     return EnvMap(file.chain, file.texels()[:, : layer.channels].astype(np.float32), layer.geometry)
