@@ -11,6 +11,7 @@ from reflet.envmap.geometry import RELIEF, Box, InfiniteSphere, lookup_direction
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import texel_directions
 from reflet.envmap.relief import Relief, fetch, inverse_chebyshev, padded_faces
+from reflet.envmap.shapes import FAR_AWAY
 from reflet.envmap.texture_filter import sample
 
 TEXEL_DEG = 90.0 / 128
@@ -90,6 +91,18 @@ def test_results_do_not_depend_on_the_unit_of_length() -> None:
     )  # fmt: skip
     error = angle_deg(large.lookup_direction(k * p, r), small.lookup_direction(p, r))
     assert np.percentile(error, 99) < 0.02  # half floats below 6e-5 keep fewer digits
+
+
+def test_steps_to_the_infinitely_far_do_not_hang_on_a_rounding() -> None:
+    """Between a plate and the sky a secant through two zeros of M leads to w = 0, where the bracket ends."""
+    direction = texel_directions(32)
+    plate = (direction[..., 1] < -0.9) & (np.abs(direction[..., 0]) < 0.5)
+    relief = Relief((1.2 * plate).astype(np.float16), (-2.0, -FAR_AWAY, -2.0), (2.0, 2.0, 2.0), (0.0, 0.0, 0.0))
+    p, r = rays(20000, seed=13)
+    moved = relief.inverse_hit(p + 1e-13, r)
+    error = np.abs(moved - relief.inverse_hit(p, r))
+    assert ((moved > 0.0) & (moved < 0.1)).any() and (moved == 0.0).any()  # rays by the plate's edge, and past it
+    assert error.max() < 1e-9  # steep beside the edge
 
 
 def test_compiled_search_is_the_same() -> None:

@@ -97,7 +97,7 @@ def test_measured_and_analytic_matrix_agree(name: str) -> None:
 @pytest.mark.parametrize("name", ["cube", "latlong"])
 def test_reliefs_agree_too(name: str) -> None:
     found = verify(ring_pem(PARAMETERIZATIONS[name], relief()))
-    assert found.agrees and "but for 0.2%" in str(found)  # searches that a rounding sends over the table's edge
+    assert found.agrees and "but for 0.5%" in str(found)  # searches that a rounding sends over the table's edge
     assert found.compared_share > 0.99
 
 

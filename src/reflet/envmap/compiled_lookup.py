@@ -110,9 +110,10 @@ def inverse_hit(g, faces, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-de
         before, m_before = w, m
         if settled:
             continue
-        if not (low <= after <= high) and abs(after - w) > SETTLED * w:
-            after = 0.5 * (low + high) if high < limit else min(2.0 * low + STEP * limit, limit)
-        w = after
+        slack = SETTLED * w
+        if not (low - slack <= after <= high + slack) and abs(after - w) > slack:
+            after = 0.5 * (low + high) if high < limit else 2.0 * low + STEP * limit
+        w = min(max(after, 0.0), limit)
     return w
 
 

@@ -94,9 +94,11 @@ class Relief:
             flat = np.abs(change) <= FLAT * self.limit
             after = np.where(flat, m, w - (m - w) * (w - before) / np.where(flat, 1.0, change))
             settled = np.abs(w - before) <= SETTLED * w
-            outside = ~((after >= low) & (after <= high)) & (np.abs(after - w) > SETTLED * w)
+            slack = SETTLED * w  # a step to an end of the bracket, such as the infinitely far, is within it
+            outside = ~((after >= low - slack) & (after <= high + slack)) & (np.abs(after - w) > slack)
             # beyond a bracket that has no upper end yet the search doubles its step
-            next_w = np.where(outside, np.where(high < self.limit, 0.5 * (low + high), self._farther(low)), after)
+            beyond = np.where(high < self.limit, 0.5 * (low + high), self._farther(low))
+            next_w = np.where(outside, beyond, np.clip(after, 0.0, self.limit))
             before, m_before = w, m
             w = np.where(settled, w, next_w)
         return w

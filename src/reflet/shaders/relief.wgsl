@@ -39,12 +39,13 @@ fn inverse_hit(g: Geometry, reliefs: texture_cube_array<f32>, k: i32, linear: sa
     let change = (m - m_before) - (w - before);
     let flat = abs(change) <= FLAT * limit;
     let after = select(w - (m - w) * (w - before) / select(change, 1.0, flat), m, flat);
-    let settled = abs(w - before) <= SETTLED * w;
-    let outside = (after < low || after > high) && abs(after - w) > SETTLED * w;
-    let beyond = select(min(2.0 * low + STEP * limit, limit), 0.5 * (low + high), high < limit);
+    let slack = SETTLED * w;  // a step to an end of the bracket, such as the infinitely far, is within it
+    let settled = abs(w - before) <= slack;
+    let outside = (after < low - slack || after > high + slack) && abs(after - w) > slack;
+    let beyond = select(2.0 * low + STEP * limit, 0.5 * (low + high), high < limit);
     before = w;
     m_before = m;
-    w = select(select(after, beyond, outside), w, settled);
+    w = select(clamp(select(after, beyond, outside), 0.0, limit), w, settled);
   }
   return w;
 }
