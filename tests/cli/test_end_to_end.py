@@ -73,7 +73,7 @@ def test_nearest_differs_from_blended_only_between_samples(baked: Path, tmp_path
 
 def test_compare_writes_what_its_numbers_can_be_recomputed_from(baked: Path, tmp_path: Path) -> None:
     status = reflet(
-        "compare", baked, "--spp", "8", "--json", tmp_path / "c.json", "--figure", tmp_path / "c.png",
+        "compare", baked, "--spp", "8", "--samples", "4", "--json", tmp_path / "c.json", "--figure", tmp_path / "c.png",
         "--page", tmp_path / "c.html", "--images", tmp_path / "images",
     )  # fmt: skip
     assert status == 0

@@ -232,8 +232,9 @@ await withPage(
     seen.noAdapter = await notice();
     const proxy = "http://lab.example:8000/user/you/proxy/80/";
     await page.route(`${proxy}**`, async (route) => {
-      const response = await route.fetch({ url: route.request().url().replace(proxy, address) });
-      await route.fulfill({ response });
+      const url = route.request().url().replace(proxy, address);
+      const response = await route.fetch({ url }).catch(() => undefined); // the page may be closed meanwhile
+      if (response) await route.fulfill({ response }).catch(() => undefined);
     });
     await page.goto(proxy);
     seen.insecure = await notice();

@@ -52,8 +52,9 @@ from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 
-LOD_BIAS = -2.0
-STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: sharper lookups show more of them
+# A map that many viewpoints share averages over its texels, and static maps are filtered once already: finer lookups
+# than those of one viewpoint's maps show more of them.
+LOD_BIAS, JOINT_LOD_BIAS, STATIC_LOD_BIAS = -1.5, -2.0, -2.5
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
 TIMINGS = "timings.jsonl"
@@ -120,7 +121,7 @@ def bake(
         raise RefletError(
             f"A {laid_out.name} serves one viewpoint only; choose another parameterization, or a viewpoint."
         )
-    lod_bias = STATIC_LOD_BIAS if static else LOD_BIAS
+    lod_bias = {"none": LOD_BIAS, "joint": JOINT_LOD_BIAS, "static": STATIC_LOD_BIAS}[base_kind]
     _check_memory(
         max(chain.texel_count, local_chain.texel_count),
         space.orbit.image_size**2 * sample_count,

@@ -18,7 +18,7 @@ from reflet.envmap.env_map import EnvMap
 from reflet.files.pictures.exr import write_exr
 from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.pipelines.bake import STATIC_LOD_BIAS, infer_view, sample_seed, static_texels
+from reflet.pipelines.bake import LOD_BIAS, STATIC_LOD_BIAS, infer_view, sample_seed, static_texels
 from reflet.pipelines.baking.plan_layers import plan_distant_layers
 from reflet.pipelines.baking.probes import probe_size, shells_of, trace_probes
 from reflet.progress import ProgressCallback, silent
@@ -35,7 +35,6 @@ from reflet.trace.tracer import Tracer
 
 MOST_SAMPLES = 3
 REFERENCE_SEED = 1_000_000  # far above any sample's
-PAPERS_LOD_BIAS = -1.5  # best for maps of one viewpoint each
 HIGHEST_DEG = 89.0  # a camera at the zenith has no upright picture
 _ORBIT_SPACING_DEG = 2.0  # of viewpoints that stand for samples
 _DOME_BESIDE_DEG, _DOME_ELEVATIONS_DEG = 20.0, (12.0, 52.0)
@@ -285,11 +284,11 @@ def _rivals(
         view = tracer.view(space.camera(sample), spp=spp, sample_count=pem.sample_count, seed=sample_seed(sample))
         for short, plan in plans.items():
             priors = static_texels(pem.scene, plan, probes, view.layers.camera)
-            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, PAPERS_LOD_BIAS, single_layer=True)
+            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, LOD_BIAS, single_layer=True)
             maps[short].append(_env_maps(plan, [solution.texels for solution in solutions]))
         del view
     progress("rivals", len(samples), len(samples))
-    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=PAPERS_LOD_BIAS)
+    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIAS)
     for short, plan in plans.items():
         yield f"single-{short}", replace(papers, layers=plan, maps=maps.pop(short))
     for short in ("infinite", "box"):

@@ -29,7 +29,7 @@ from reflet.trace.tracer import Tracer
 
 AUTO, RELIEF = "auto", Relief.kind
 _GAIN = 0.3  # dB that a candidate must gain over cheaper ones
-_IMAGE_SIZE, _MAP_SIZE, _SPP, _SAMPLE_COUNT = 256, 256, 16, 16  # of the trials
+_IMAGE_SIZE, _SPP, _SAMPLE_COUNT = 256, 16, 16  # of the trials
 _LOD_BIAS = -2.5
 _PERFECT = 99.0  # dB, where nothing differs
 _PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
@@ -72,11 +72,13 @@ def choose_distant(
     origins = [em_origin(tracer.scene, item.parts) for item in tracer.scene.objects]
     if distant in SHAPES:
         return [DistantChoice(Shells(origin), (distant,)) for origin in origins]
+    image_size = min(space.orbit.image_size, _IMAGE_SIZE)
+    map_size = 1 << (image_size - 1).bit_length()  # as many rows as the picture, or a few more
     views = held_back_views(
         tracer,
         space,
         _PLACES,
-        image_size=min(space.orbit.image_size, _IMAGE_SIZE),
+        image_size=image_size,
         spp=_SPP,
         sample_count=_SAMPLE_COUNT,
         seed=_SEED,
@@ -84,12 +86,12 @@ def choose_distant(
     choices = []
     for number, origin in enumerate(origins):
         progress("choose shells", number, count)
-        distance = tracer.distances(number, Shells(origin), size=_MAP_SIZE)[0]
+        distance = tracer.distances(number, Shells(origin), size=map_size)[0]
         reach = float(np.linalg.norm(object_positions(tracer.scene, number) - origin, axis=1).max())
         most = MOST_SHELLS if shell_count is None else shell_count
         layouts = [Shells(origin, depth_gaps(distance, reach, fewer)) for fewer in range(most)]
         layouts = list(dict.fromkeys(layouts)) if shell_count is None else layouts[-1:]
-        choices.append(_best(tracer, number, layouts, distant, views))
+        choices.append(_best(tracer, number, layouts, distant, views, map_size))
     progress("choose shells", count, count)
     return choices
 
@@ -110,12 +112,13 @@ def _best(
     layouts: Sequence[Shells],
     distant: str,
     views: Sequence[HeldBackView],
+    map_size: int,
 ) -> DistantChoice:
     parts = tracer.scene.objects[number].parts
     candidates = [(layout, kinds) for layout in layouts for kinds in _kinds(layout, distant)]
     if len(candidates) == 1:
         return DistantChoice(*candidates[0])
-    probes = {layout: tracer.probe(number, layout, size=_MAP_SIZE, spp=_SPP) for layout in layouts}
+    probes = {layout: tracer.probe(number, layout, size=map_size, spp=_SPP) for layout in layouts}
     trials: list[tuple[Trial, Shells]] = []
     for layout, kinds in candidates:
         geometries = fit_shells(kinds, tracer.scene, parts, probes[layout])
