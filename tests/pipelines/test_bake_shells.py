@@ -32,7 +32,7 @@ class StoppedError(Exception):
 @pytest.fixture(autouse=True, scope="module")
 def small_work() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"_MAP_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
+        for name, value in {"_IMAGE_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
             patch.setattr(choose_distant, name, value)
         patch.setattr(joint_set, "_SETTINGS", SolverSettings(regularization=0.02, rounds=(3, 2)))
         yield

@@ -20,7 +20,7 @@ from reflet.trace.tracer import Tracer
 @pytest.fixture(autouse=True, scope="module")
 def small_trials() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"_MAP_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
+        for name, value in {"_IMAGE_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
             patch.setattr(module, name, value)
         yield
 
