@@ -80,6 +80,7 @@ def test_sizes_and_views_that_make_no_sense(
     assert "memory" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--em-size", "8192")
     assert "--views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "-1")
     assert "turn" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "100", "--spacing", "10")
+    assert "--static, or --views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--static", "--views", "2")
 
 
 def test_a_folder_that_cannot_be_written(

@@ -11,6 +11,7 @@ from reflet.envmap.geometry import KINDS, SHAPES
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
+from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS
 
 
@@ -27,9 +28,7 @@ from reflet.pem.pem import MOST_SHELLS
 @click.option(
     "--views",
     type=click.IntRange(0),
-    default=3,
-    show_default=True,
-    help="Number of viewpoints with maps of their own; of 0 all light is that of the joint set.",
+    help="Number of viewpoints with maps of their own, by default 3; of 0 all light is that of the joint set.",
 )
 @click.option(
     "--spacing",
@@ -98,7 +97,7 @@ def bake(
     source_is: Parameterization | None,
     layer: str | None,
     up: str | None,
-    views: int,
+    views: int | None,
     spacing: float,
     azimuth: float | None,
     elevation: float | None,
@@ -137,6 +136,8 @@ def bake(
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
+    if static and (views or joint_spacing):
+        raise RefletError("Static maps are inferred from no viewpoints: give --static, or --views and --joint-spacing.")
     with progress_bar() as progress:
         progress("read", 0, 3)  # also while modules are loaded
         from reflet.pem.reader import read_statistics
@@ -161,7 +162,7 @@ def bake(
         bake_scene(
             loaded,
             out,
-            orbit_space(orbit, views, spacing),
+            orbit_space(orbit, 3 if views is None else views, spacing),
             parameterization=parameterization,
             em_size=em_size,
             spp=spp,
