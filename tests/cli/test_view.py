@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from verbs import reflet, refused
 
-from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.files.env_image_file import write_env_image
@@ -15,21 +15,6 @@ from reflet.files.measured_brdf_file import write_measured_brdf
 from reflet.reflectance.brdfs.lambert import Lambert
 from reflet.reflectance.brdfs.measured_brdf import tabulate
 from reflet.view import static_files
-
-
-def reflet(*arguments: str | Path) -> int:
-    """Exit status of one command, run within this process."""
-    with pytest.raises(SystemExit) as stop:
-        main([str(argument) for argument in arguments])
-    return stop.value.code or 0
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    """The one sentence that a command is refused with."""
-    assert reflet(*arguments) == 2
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1 and lines[0].startswith("reflet: ")
-    return lines[0]
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.surfaces.visibility import Visibility
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
+from reflet.trace.layers import SegmentedLayers
 
 
 def sphere_mesh(radius: float = 1.0, rings: int = 12, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
@@ -84,3 +85,25 @@ def as_scipy(matrix: RenderingMatrix) -> scipy.sparse.csr_matrix:
     """The matrix in scipy's keeping, in float64."""
     shape = (len(matrix.starts) - 1, matrix.texel_count)
     return scipy.sparse.csr_matrix((matrix.weights.astype(np.float64), matrix.columns, matrix.starts), shape=shape)
+
+
+def layers_of(seen: Picture, shells: np.ndarray, local: np.ndarray) -> SegmentedLayers:
+    """Layers as a ray tracer would hand them on: ``shells`` (rows, shells, 4) and ``local`` (rows, 4)."""
+    gbuffer, rows, camera = seen.gbuffer, len(seen.gbuffer.row_pixel), seen.visibility.camera
+    distant = np.zeros((rows, 3))
+    for number in reversed(range(shells.shape[1])):
+        distant = shells[:, number, :3] + (1.0 - shells[:, number, 3:]) * distant
+    return SegmentedLayers(
+        camera=camera,
+        pixel=gbuffer.row_pixel,
+        part=gbuffer.row_part,
+        coverage=(np.bincount(gbuffer.row_of_sample) / seen.visibility.sample_count).astype(np.float32),
+        diffuse=np.zeros((rows, 3), np.float32),
+        fresnel=np.ones((rows, 3), np.float32),
+        distant=distant.astype(np.float32),
+        local=local[:, :3].astype(np.float32),
+        alpha=local[:, 3].astype(np.float32),
+        combined=(local[:, :3] + (1.0 - local[:, 3:]) * distant).astype(np.float32),
+        surroundings=np.zeros((camera.height, camera.width, 3), np.float32),
+        shells=shells.astype(np.float32),
+    )

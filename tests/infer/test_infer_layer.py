@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from synthetic import Picture, mirror_scene, picture, sphere_mesh
+from synthetic import layers_of as layers_of_shells
 
 from reflet.envmap.geometry import Box, Ellipsoid
 from reflet.envmap.mip_chain import MipChain
@@ -33,24 +34,9 @@ def random_texels(channels: int, seed: int = 0) -> np.ndarray:
 
 
 def layers_of(seen: Picture, distant: np.ndarray, local: np.ndarray) -> SegmentedLayers:
-    """Layers as a ray tracer would hand them on, with the given values a row."""
-    gbuffer, rows = seen.gbuffer, len(seen.gbuffer.row_pixel)
-    height, width = seen.visibility.camera.height, seen.visibility.camera.width
-    incident = local[:, :3] + (1.0 - local[:, 3:]) * distant
-    return SegmentedLayers(
-        camera=seen.visibility.camera,
-        pixel=gbuffer.row_pixel,
-        part=gbuffer.row_part,
-        coverage=(np.bincount(gbuffer.row_of_sample) / seen.visibility.sample_count).astype(np.float32),
-        diffuse=np.zeros((rows, 3), np.float32),
-        fresnel=np.ones((rows, 3), np.float32),
-        distant=distant.astype(np.float32),
-        local=local[:, :3].astype(np.float32),
-        alpha=local[:, 3].astype(np.float32),
-        combined=incident.astype(np.float32),
-        surroundings=np.zeros((height, width, 3), np.float32),
-        shells=np.concatenate([distant, np.ones((rows, 1))], 1).astype(np.float32)[:, None],
-    )
+    """Layers of one shell, with the given values a row."""
+    opaque = np.ones((len(distant), 1))
+    return layers_of_shells(seen, np.concatenate([distant, opaque], 1)[:, None], local)
 
 
 def no_local(seen: Picture) -> np.ndarray:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import Picture, mirror_scene, picture, sphere_mesh
+from synthetic import Picture, layers_of, mirror_scene, picture, sphere_mesh
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Geometry
@@ -17,7 +17,6 @@ from reflet.infer.product import multiply
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.shown import shown_rows
 from reflet.infer.solve import SolverSettings
-from reflet.trace.layers import SegmentedLayers
 
 ROOM = Box((-2.0, -0.3, -2.0), (2.0, 2.0, 1.0), (0.0, 0.1, 0.0))
 BIAS = -1.5
@@ -74,28 +73,6 @@ def test_shells_are_composited_sample_by_sample(seen: Picture, name: str) -> Non
     opaque = EnvMap(chain, np.concatenate([shells[2].texels, np.ones((chain.texel_count, 1), np.float32)], 1), ROOM)
     hidden = shown_rows(seen.gbuffer, [opaque, shells[2]], BIAS)
     assert np.abs(hidden - shown_rows(seen.gbuffer, [shells[2]], BIAS)).max() < 1e-5
-
-
-def layers_of(seen: Picture, shells: np.ndarray, local: np.ndarray) -> SegmentedLayers:
-    """Layers as a ray tracer would hand them on: ``shells`` (rows, shells, 4) and ``local`` (rows, 4)."""
-    gbuffer, rows = seen.gbuffer, len(seen.gbuffer.row_pixel)
-    distant = np.zeros((rows, 3))
-    for number in reversed(range(shells.shape[1])):
-        distant = shells[:, number, :3] + (1.0 - shells[:, number, 3:]) * distant
-    return SegmentedLayers(
-        camera=seen.visibility.camera,
-        pixel=gbuffer.row_pixel,
-        part=gbuffer.row_part,
-        coverage=(np.bincount(gbuffer.row_of_sample) / seen.visibility.sample_count).astype(np.float32),
-        diffuse=np.zeros((rows, 3), np.float32),
-        fresnel=np.ones((rows, 3), np.float32),
-        distant=distant.astype(np.float32),
-        local=local[:, :3].astype(np.float32),
-        alpha=local[:, 3].astype(np.float32),
-        combined=(local[:, :3] + (1.0 - local[:, 3:]) * distant).astype(np.float32),
-        surroundings=np.zeros((24, 24, 3), np.float32),
-        shells=shells.astype(np.float32),
-    )
 
 
 def test_rows_of_shells_have_the_weights_that_are_told(seen: Picture) -> None:

@@ -37,8 +37,8 @@ def choose_fade(
     """The displacement in degrees at which nothing of the samples' maps should be left (`PEM.fade_deg`).
 
     The one of some ten whose pictures differ least from the traced ones, over views up to 18° above the highest sample,
-    or below the lowest one where that is too steep.
-    ``base`` holds the maps of the distant layers; the samples' are read from the folder of the bake.
+    or below the lowest one where that is too steep. ``base`` holds the maps of the distant layers; the samples' are
+    read from the folder of the bake.
     """
     progress("fade", 0, len(_AWAY_DEG) + 1)
     views = held_back_views(
