@@ -122,7 +122,7 @@ STEP = 2.0**-16  # of the limit: the first step up from the infinitely far
 def inverse_chebyshev(distance: Float[np.ndarray, "6 size size"]) -> Float[np.ndarray, "6 size size"]:
     """From distances along the unit directions of a cube's texels, infinite where nothing is met, to inverse Chebyshev
     distances, at most `_NEAREST`: surroundings may touch the origin, as the floor does under a flat mirror."""
-    largest = np.abs(texel_directions(distance.shape[-1])).max(-1)
+    largest = np.abs(texel_directions(distance.shape[-1])[0]).max(-1)  # the same on all faces
     return 1.0 / np.maximum(distance.astype(np.float64) * largest, 1.0 / _NEAREST)
 
 

@@ -4,9 +4,10 @@ Between neighbouring directions depth either goes on or jumps, by a factor of mo
 jump if it lies within it, and cuts a surface if it lies between neighbours that do not jump. The score of dividing at
 some distances is
 
-    (jumps that one of them separates - smooth pairs that one of them cuts) / all jumps,
+    (jumps that one of them separates - 1/2 smooth pairs that one of them cuts) / all jumps,
 
-and each is found in turn, as the middle of the range that scores best given those found before.
+and each is found in turn, as the middle of the range that scores best given those found before. A cut costs less than a
+jump left whole: what it divides goes on in both shells, what is behind a jump is in one map with what hides it.
 """
 
 import numpy as np
@@ -19,10 +20,11 @@ _TOUCHING = 1e-30  # metres to what touches the origin, which is as good as any
 _CANDIDATES = 96  # distances tried, evenly in the logarithm
 _PLATEAU = 0.02  # of the score: distances that score no less than this below the best are as good
 _LEAST_SCORE = 0.1  # below this there is no gap
+_CUT = 0.5  # cost of a smooth pair that is cut, in jumps
 
 
 def depth_gaps(distance: Float[np.ndarray, "6 size size"], nearest: float, most: int) -> tuple[float, ...]:
-    """Up to ``most`` distances, increasing, at which to divide what a probe sees at ``distance`` metres.
+    """Up to ``most`` distances at which to divide what a probe sees at ``distance`` metres, the best first.
 
     All are at least ``nearest``, within which objects themselves stand. None is found where dividing separates nothing.
     """
@@ -45,7 +47,7 @@ def depth_gaps(distance: Float[np.ndarray, "6 size size"], nearest: float, most:
         end = _middle_of_plateau(tried, score >= score[best] - _PLATEAU, best)
         found.append(end)
         separated |= jumps & (near < end) & (end <= far)
-    return tuple(sorted(found))
+    return tuple(found)
 
 
 def _pairs(distance: Float[np.ndarray, "6 size size"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
@@ -69,7 +71,8 @@ def _score(
     end: float,
 ) -> float:
     between = (near < end) & (end <= far)
-    return float(np.count_nonzero(between & left) - np.count_nonzero(between & ~jumps)) / np.count_nonzero(jumps)
+    separated, cut = np.count_nonzero(between & left), np.count_nonzero(between & ~jumps)
+    return float(separated - _CUT * cut) / np.count_nonzero(jumps)
 
 
 def _middle_of_plateau(tried: Float[np.ndarray, "k"], good: Bool[np.ndarray, "k"], best: int) -> float:

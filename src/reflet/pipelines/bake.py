@@ -158,7 +158,8 @@ def bake(
     tracer = _tracer_with_irradiance(scene, variant, paths, writer, progress)
     choices = choose_distant(tracer, space, distant, shells, progress)
     divided = [choice.shells for choice in choices]
-    probes = trace_probes(tracer, divided, probe_size(chain), writer, progress)
+    known = [choice.probe for choice in choices]
+    probes = trace_probes(tracer, divided, probe_size(chain), writer, progress, known)
     distant_layers = plan_distant_layers(scene, probes, [choice.kinds for choice in choices], chain)
     local_layers: tuple[Layer, ...] = ()
     if space.sample_count:

@@ -87,6 +87,11 @@ class StaticProbe:
         """The order of the texels."""
         return MipChain(self.distance.shape[1])
 
+    def undivided(self) -> "StaticProbe":
+        """The same in one shell."""
+        whole = ShellProbe(self.texels, self.distance)
+        return StaticProbe(self.texels, self.distance, Shells(self.origin), (whole,))
+
 
 @dataclass(frozen=True)
 class ShellProbe:

@@ -60,9 +60,9 @@ def face_from_direction(
 def texel_directions(size: int) -> Float[np.ndarray, "6 size size 3"]:
     """Unit directions of all texel centres of a cube of ``size``² texels a face."""
     centre = (2.0 * np.arange(size) + 1.0) / size - 1.0
-    face, t, s = np.meshgrid(np.arange(6), centre, centre, indexing="ij")
-    direction = direction_from_face(face, s, t)
-    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    s, t = centre[None, :, None], centre[:, None, None]
+    to_face, to_right, down = (AXES[:, None, None, k] for k in range(3))
+    return (to_face + s * to_right + t * down) / np.sqrt(1.0 + s * s + t * t)
 
 
 def texel_solid_angle(size: int) -> Float[np.ndarray, "size size"]:

@@ -5,8 +5,8 @@ viewpoints all around the sampled ones: on small pictures, against the traced di
 pictures are within `_GAIN` of the best, the cheapest to look up is taken.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from reflet.infer.fit_shells import fit_shells
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import MOST_SHELLS
 from reflet.pipelines.baking.held_back import HeldBackView, held_back_views
+from reflet.pipelines.baking.probes import PROBE_SPP
 from reflet.progress import ProgressCallback, silent
 from reflet.report.measures import SquaredError
 from reflet.scene.bounds import object_positions
@@ -29,7 +30,7 @@ from reflet.trace.tracer import Tracer
 
 AUTO, RELIEF = "auto", Relief.kind
 _GAIN = 0.3  # dB that a candidate must gain over cheaper ones
-_IMAGE_SIZE, _SPP, _SAMPLE_COUNT = 256, 16, 16  # of the trials
+_IMAGE_SIZE, _SPP, _SAMPLE_COUNT = 256, 16, 16  # of the trials' pictures
 _LOD_BIAS = -2.5
 _PERFECT = 99.0  # dB, where nothing differs
 _PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
@@ -48,11 +49,15 @@ class Trial:
 
 @dataclass(frozen=True)
 class DistantChoice:
-    """How an object's distant surroundings are shown, and the trials that say why (none where it was asked for)."""
+    """How an object's distant surroundings are shown, and the trials that say why (none where it was asked for).
+
+    ``probe`` is the static env map of the trials, of `PROBE_SPP` rays a texel.
+    """
 
     shells: Shells
     kinds: tuple[str, ...]
     trials: tuple[Trial, ...] = ()
+    probe: StaticProbe | None = field(default=None, compare=False, repr=False)
 
 
 def choose_distant(
@@ -88,9 +93,9 @@ def choose_distant(
         progress("choose shells", number, count)
         distance = tracer.distances(number, Shells(origin), size=map_size)[0]
         reach = float(np.linalg.norm(object_positions(tracer.scene, number) - origin, axis=1).max())
-        most = MOST_SHELLS if shell_count is None else shell_count
-        layouts = [Shells(origin, depth_gaps(distance, reach, fewer)) for fewer in range(most)]
-        layouts = list(dict.fromkeys(layouts)) if shell_count is None else layouts[-1:]
+        gaps = depth_gaps(distance, reach, (MOST_SHELLS if shell_count is None else shell_count) - 1)
+        fewest = 0 if shell_count is None else len(gaps)
+        layouts = [Shells(origin, tuple(sorted(gaps[:count]))) for count in range(fewest, len(gaps) + 1)]
         choices.append(_best(tracer, number, layouts, distant, views, map_size))
     progress("choose shells", count, count)
     return choices
@@ -114,27 +119,31 @@ def _best(
     views: Sequence[HeldBackView],
     map_size: int,
 ) -> DistantChoice:
+    """The best of all layouts, which have more shells one by one."""
     parts = tracer.scene.objects[number].parts
-    candidates = [(layout, kinds) for layout in layouts for kinds in _kinds(layout, distant)]
-    if len(candidates) == 1:
-        return DistantChoice(*candidates[0])
-    probes = {layout: tracer.probe(number, layout, size=map_size, spp=_SPP) for layout in layouts}
-    trials: list[tuple[Trial, Shells]] = []
-    for layout, kinds in candidates:
-        geometries = fit_shells(kinds, tracer.scene, parts, probes[layout])
-        fitted = tuple(geometry.kind for geometry in geometries)
-        if any(trial.kinds == fitted and other == layout for trial, other in trials):
-            continue  # where nothing is near, all are the sphere at infinity
-        psnr = _score(probes[layout], geometries, parts, views)
-        trials.append((Trial(fitted, sum(map(_fetches, geometries)), psnr), layout))
+    if len(layouts) == 1 and len(_kinds(layouts[0], distant)) == 1:
+        return DistantChoice(layouts[0], _kinds(layouts[0], distant)[0])
+    trials: list[tuple[Trial, StaticProbe]] = []
+    probes = [tracer.probe(number, layout, size=map_size, spp=PROBE_SPP) for layout in layouts if layout.count > 1]
+    if layouts[0].count == 1:
+        whole = probes[0].undivided() if probes else tracer.probe(number, layouts[0], size=map_size, spp=PROBE_SPP)
+        probes.insert(0, whole)
+    for probe in probes:
+        for kinds in _kinds(probe.layout, distant):
+            geometries = fit_shells(kinds, tracer.scene, parts, probe)
+            fitted = tuple(geometry.kind for geometry in geometries)
+            if any(trial.kinds == fitted and other is probe for trial, other in trials):
+                continue  # where nothing is near, all are the sphere at infinity
+            psnr = _score(probe, geometries, parts, views)
+            trials.append((Trial(fitted, sum(map(_fetches, geometries)), psnr), probe))
     enough = max(trial.psnr for trial, _ in trials) - _GAIN
-    best, layout = min(
-        ((trial, layout) for trial, layout in trials if trial.psnr >= enough), key=lambda t: (t[0].fetches, -t[0].psnr)
+    best, probe = min(
+        ((trial, probe) for trial, probe in trials if trial.psnr >= enough), key=lambda t: (t[0].fetches, -t[0].psnr)
     )
-    return DistantChoice(layout, best.kinds, tuple(trial for trial, _ in trials))
+    return DistantChoice(probe.layout, best.kinds, tuple(trial for trial, _ in trials), probe)
 
 
-def _kinds(layout: Shells, distant: str) -> Iterable[tuple[str, ...]]:
+def _kinds(layout: Shells, distant: str) -> Sequence[tuple[str, ...]]:
     """Geometries to try. A near shell holds what stands about in its true places: it is a relief."""
     near = (RELIEF,) * (layout.count - 1)
     if distant == RELIEF:

@@ -33,14 +33,20 @@ def trace_probes(
     size: int,
     writer: PemWriter | None = None,
     progress: ProgressCallback = silent,
+    known: Sequence[StaticProbe | None] = (),
 ) -> list[StaticProbe]:
-    """The static env map of every object in its shells; kept in the writer's state where one is given."""
+    """The static env map of every object in its shells; kept in the writer's state where one is given.
+
+    Those that are ``known``, of `PROBE_SPP` rays a texel, are not traced again if they are of this size.
+    """
     probes = []
     for number, layout in enumerate(shells):
         progress("static maps", number, len(shells))
         state = writer.load_state(f"static-{number}") if writer else None
         if state is None:
-            probe = tracer.probe(number, layout, size=size, spp=PROBE_SPP)
+            probe = known[number] if known else None
+            if probe is None or probe.chain.size != size:
+                probe = tracer.probe(number, layout, size=size, spp=PROBE_SPP)
             if writer:
                 writer.save_state(f"static-{number}", **_arrays(probe))
         else:
