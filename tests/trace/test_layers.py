@@ -192,3 +192,24 @@ def test_many_parts_give_the_same_rows_as_few(monkeypatch: pytest.MonkeyPatch) -
     for name, values in vars(whole).items():
         if isinstance(values, np.ndarray):
             np.testing.assert_array_equal(getattr(pieces, name), values, err_msg=name)
+
+
+def test_through_all_mirrors_is_as_if_they_were_one_object() -> None:
+    """Where rays pass through every object, how parts are grouped changes no layer, and nothing distant mirrors."""
+    parts = [
+        Part("ball", sphere((-0.6, 0.0, 0.0), 0.5), CHROME, True),
+        Part("other", sphere((0.6, 0.1, -0.2), 0.5), CHROME, True),
+        Part(
+            "wall", quad((-2.0, -2.0, -1.5), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0)), Material("w", emission=(0.4, 0.2, 0.1))
+        ),
+    ]
+    apart, one = (scene(parts, groups, constant_light(1.0)) for groups in ([(0,), (1,)], [(0, 1)]))
+    views = [
+        Tracer(what, irradiance=no_irradiance(what), through_all=through_all).view(camera(), spp=16).layers
+        for what, through_all in ((apart, True), (one, True), (one, False), (apart, False))
+    ]
+    for other in views[1:3]:
+        for name in ("pixel", "part", "distant", "local", "alpha", "combined", "shells"):
+            np.testing.assert_array_equal(getattr(views[0], name), getattr(other, name))
+    mirrors_mirrors = (views[0].alpha > 0.5) & (views[3].alpha == 0.0)
+    assert mirrors_mirrors.sum() > 20  # what is local to all is distant to each

@@ -16,16 +16,19 @@ from reflet.scene.surfaces.irradiance import IrradianceMap
 NO_TEXTURE = 0xFFFFFFFF
 DOUBLE_SIDED = 1  # flags of a part; its object's index + 1 follows in the bits above
 OBJECT_SHIFT = 1
+_ALL = -1  # in place of an object's index
 
 
 class DeviceScene:
     """Tables of a scene's triangles, parts and textures, and the acceleration structures that rays meet.
 
-    Records are four floats wide where they are gathered, which the device fetches in one packet.
+    Records are four floats wide where they are gathered, which the device fetches in one packet. Distant light is what
+    mirrored rays meet that pass through their own object, or, with ``through_all``, through all reflective parts: what
+    is left is then local.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, through_all: bool = False) -> None:
+        self.scene, self.through_all = scene, through_all
         meshes = [part.mesh for part in scene.parts]
         starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
         self.positions = np.concatenate([mesh.positions for mesh in meshes])
@@ -51,12 +54,14 @@ class DeviceScene:
         self.set_irradiance(IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
 
     def without_object(self, index: int) -> tuple["mi.Scene | None", "mi.UInt32"]:
-        """The scene that lacks one object, and the scene's triangle number of each of its triangles.
+        """The scene that lacks one object, or all, and the scene's triangle number of each of its triangles.
 
         The scene is None where nothing else is left.
         """
+        index = _ALL if self.through_all else index
         if index not in self._without:
-            kept = np.flatnonzero(self.object_of_triangle != index).astype(np.uint32)
+            own = self.object_of_triangle >= 0 if self.through_all else self.object_of_triangle == index
+            kept = np.flatnonzero(~own).astype(np.uint32)
             scene = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles[kept])}) if len(kept) else None
             self._without[index] = scene, mi.UInt32(kept)
         return self._without[index]

@@ -30,7 +30,8 @@ def segmented_layers(
     Samples are a shifted Hammersley set per pixel, from ``seed`` and the pixel alone: the same call gives the same
     bytes in any process. Without ``surroundings`` that image is black and only the objects' pixels are traced.
     ``shells`` divide the distant layer of each object.
-    Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object.
+    Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or of
+    every object as the device says.
     """
     rays = CameraRays(camera, spp, seed)
     most = max(each.count for each in shells)
@@ -97,7 +98,8 @@ def _trace_batch(
     ray = leave(surface)
     met = device.all.ray_intersect_preliminary(ray, coherent=False, active=active)
     at_met, light_met = arrive(device, met.prim_index, met.prim_uv, ray.d, active, met.is_valid())
-    own = active & met.is_valid() & (at_met.object == own_index)  # backs too: they are local, opaque and black
+    is_own = at_met.is_objects if device.through_all else at_met.object == own_index
+    own = active & met.is_valid() & is_own  # backs too: they are local, opaque and black
     local = light_met + at_met.fresnel * radiance(device, leave(at_met), own & at_met.reflects)
 
     # What a ray meets without its own object; if it does not meet that, it has met it already.

@@ -14,7 +14,8 @@ OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest 
 
 @dataclass
 class Surface:
-    """Hits of many rays at once. ``visible`` are those of a front, or of either side of a double-sided face.
+    """Hits of many rays at once. ``visible`` are those of a front, or of either side of a double-sided face;
+    ``is_objects`` tells whether ``object`` is one.
 
     ``back`` tells that it is the back, whether it is visible or not. ``glow`` is the radiance that leaves towards the
     ray without mirroring: emission, and diffuse colour times radiosity. ``reflects`` marks visible reflective parts,
@@ -26,6 +27,7 @@ class Surface:
     back: Any
     part: Any
     object: Any
+    is_objects: Any
     reflects: Any
     position: Any
     offset: Any
@@ -94,6 +96,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         back=from_behind,
         part=part,
         object=owner - 1,
+        is_objects=owner > 0,
         reflects=reflects,
         position=position,
         offset=extent * OFFSET,

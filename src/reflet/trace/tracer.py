@@ -19,7 +19,8 @@ from reflet.trace.visible import visible_samples
 
 class Tracer:
     """Traces one scene. Diffuse light is looked up in ``irradiance``, which is traced first where it is not given,
-    with ``irradiance_spp`` paths a sample.
+    with ``irradiance_spp`` paths a sample. Distant light is that of rays that pass through their own object, or, with
+    ``through_all``, through all reflective parts.
 
     ``progress`` is told (done, total) while irradiance is traced. Raises RefletError where the ray tracer cannot run.
     """
@@ -31,11 +32,12 @@ class Tracer:
         variant: str = "llvm_ad_rgb",
         irradiance: IrradianceMap | None = None,
         irradiance_spp: int = 512,
+        through_all: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
         use_variant(variant)
         self.scene = scene
-        self._device = DeviceScene(scene)
+        self._device = DeviceScene(scene, through_all)
         self.irradiance = irradiance or trace_irradiance(self._device, spp=irradiance_spp, progress=progress)
         self._device.set_irradiance(self.irradiance)
 
@@ -60,7 +62,7 @@ class Tracer:
         )
 
     def probe(self, object_index: int, shells: Shells, *, size: int = 256, spp: int = 16) -> StaticProbe:
-        """The environment from the shells' origin with one object taken away, ``spp`` rays a finest texel."""
+        """The environment from the shells' origin with one object, or all, taken away, ``spp`` rays a finest texel."""
         return static_probe(self._device, object_index, shells, size, spp)
 
     def distances(
