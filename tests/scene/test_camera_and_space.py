@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from reflet.errors import RefletError
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.views.sample_pattern import PATTERN, sample_positions
+from reflet.scene.views.sample_pattern import PATTERN, Adaptive, sample_positions
 
 BENCH = Orbit((0.01, 0.15, 0.0), azimuth_deg=60.0, elevation_deg=22.0, distance=1.25)
 ORBIT = ParameterSpace((Axis("azimuth_deg", (60.0, 62.0, 64.0)),), BENCH)
@@ -79,19 +79,48 @@ def test_samples_are_numbered_in_c_order() -> None:
     assert GRID.camera(4) == BENCH.camera({"elevation_deg": 20.0, "azimuth_deg": 5.0})
 
 
-def test_the_pattern_starts_with_webgpus_four_and_is_stratified() -> None:
+FIRST_16 = [(12, 4), (28, 12), (4, 20), (20, 28), (1, 3), (3, 9), (7, 31), (15, 15)] + [
+    (11, 23),
+    (13, 29),
+    (23, 7),
+    (21, 13),
+    (19, 19),
+    (27, 1),
+    (25, 17),
+    (29, 27),
+]  # maps that are on disks were inferred with these
+
+
+def test_the_pattern_starts_with_webgpus_four_and_the_sixteen_that_maps_were_inferred_with() -> None:
     np.testing.assert_array_equal(sample_positions(4) * 8, [[3, 1], [7, 3], [1, 5], [5, 7]])
     np.testing.assert_array_equal(sample_positions(1), [[0.5, 0.5]])
-    cells = {(int(x * 4), int(y * 4)) for x, y in PATTERN}
-    assert len(cells) == 16
-    for axis in (0, 1):
-        assert len(set(PATTERN[:, axis])) == 16
-        assert PATTERN[:, axis].mean() == pytest.approx(0.5, abs=1 / 128)  # centred: at most 1/128 pixel off
-    apart = np.abs(PATTERN[:, None] - PATTERN[None])
-    apart = np.linalg.norm(np.minimum(apart, 1 - apart), axis=-1)[~np.eye(16, dtype=bool)]
-    assert apart.min() > 5.6 / 32
-    with pytest.raises(RefletError):
+    np.testing.assert_array_equal(sample_positions(16) * 32, FIRST_16)
+    with pytest.raises(RefletError, match="1, 4, 16 or 64, not 3"):
         sample_positions(3)
+
+
+@pytest.mark.parametrize(("count", "closest"), [(16, 5.6 / 32), (64, 12.7 / 128)])
+def test_the_pattern_is_stratified(count: int, closest: float) -> None:
+    pattern, cells = sample_positions(count), int(count**0.5)
+    assert len({(int(x * cells), int(y * cells)) for x, y in pattern}) == count
+    for axis in (0, 1):
+        assert len(set(np.floor(pattern[:, axis] * max(count, 32)))) == count  # no two in a column or row
+        assert pattern[:, axis].mean() == pytest.approx(0.5, abs=1 / 128)  # centred: at most 1/128 pixel off
+    apart = np.abs(pattern[:, None] - pattern[None])
+    apart = np.linalg.norm(np.minimum(apart, 1 - apart), axis=-1)[~np.eye(count, dtype=bool)]
+    assert apart.min() > closest
+
+
+def test_each_sixteen_of_the_pattern_are_stratified() -> None:
+    """So a picture on its way to 64 samples is even at 32 and 48."""
+    for sixteen in PATTERN.reshape(4, 16, 2):
+        assert len({(int(x * 4), int(y * 4)) for x, y in sixteen}) == 16
+
+
+@pytest.mark.parametrize(("first", "most"), [(1, 4), (16, 16), (64, 16), (4, 15), (16, 256)])
+def test_adaptive_counts_are_those_of_the_pattern(first: int, most: int) -> None:
+    with pytest.raises(RefletError, match=f"not from {first} to {most}"):
+        Adaptive(first, most)
 
 
 def test_displacement_from_the_sampled_range() -> None:

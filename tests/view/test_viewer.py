@@ -36,7 +36,9 @@ OTHERS = {
 }
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
+    "screen": {"samples": "adaptive"},
     "home": {"samples": 16},
+    "home-adaptive": {"samples": "adaptive"},
     "home-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "dragged": {"samples": 16},
     "zoomed": {"samples": 4},
@@ -185,10 +187,16 @@ def test_mouse_wheel_keys_and_fingers_move_the_camera(session):
     assert seen["afterPinch"]["distance"] == pytest.approx(home["distance"] * 150 / 100)
 
 
+def test_at_rest_nothing_is_drawn_any_more(session):
+    """64 sub-samples after the first picture, each of one submission of commands, then none in half a second."""
+    commands = session[0]["commands"]
+    assert commands["settling"] >= 64 and commands["afterwards"] == 0
+
+
 def test_the_screen_shows_the_tone_mapped_frame(session):
-    """At rest the canvas shows sRGB(1 - exp(-1.6 radiance)) of all 16 sub-samples."""
+    """At rest the canvas shows sRGB(1 - exp(-1.6 radiance)) of 16 sub-samples, and of 64 where those disagree."""
     screen = np.asarray(Image.open(session[1] / "picture.png").convert("RGB"), np.float64)
-    expected = 255.0 * srgb_display(browser_frame(session, "home")[..., :3].astype(np.float64))
+    expected = 255.0 * srgb_display(browser_frame(session, "screen")[..., :3].astype(np.float64))
     assert screen.shape == expected.shape
     assert (
         np.abs(screen - expected).max() < 1.0

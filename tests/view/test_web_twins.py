@@ -18,7 +18,7 @@ from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import save_pem
 from reflet.pem.geometry_json import geometry_to_json as described
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
-from reflet.scene.views.sample_pattern import PATTERN
+from reflet.scene.views.sample_pattern import SAMPLE_COUNTS, sample_positions
 from reflet.shaders.link import link
 
 WEB = Path(__file__).parents[2] / "web"
@@ -69,11 +69,10 @@ def test_both_linkers_give_the_same_bytes(call):
     assert "#import" not in re.sub(r"//.*", "", linked[0])
 
 
-def test_sub_samples_are_those_of_the_table():
-    text = (WEB / "src/maths/sample-pattern.ts").read_text()
-    table = re.search(r"const PATTERN = \[(.*?)\] as const", text, re.DOTALL)
-    numbers = np.array(re.findall(r"\[(\d+), (\d+)\]", table[1]), float)
-    np.testing.assert_array_equal(numbers / 32, PATTERN)
+def test_sub_samples_are_those_of_the_table(call):
+    found = call([("maths/sample-pattern", "samplePositions", [count]) for count in SAMPLE_COUNTS])
+    for count, positions in zip(SAMPLE_COUNTS, found, strict=True):
+        np.testing.assert_array_equal(positions, sample_positions(count))
 
 
 def geometry_to_json(geometry):

@@ -32,7 +32,9 @@ await withPage(async (page) => {
 
   await page.goto(address);
   await viewer((element) => element.ready);
-  await keep("home", 16, screen);
+  await keep("screen", "adaptive", screen);
+  await keep("home", 16);
+  await keep("home-adaptive", "adaptive");
   await keep("home-multisampled", "multisampled");
 
   // The canvas alone: the picture at rest, and the maps laid flat.
@@ -49,6 +51,20 @@ await withPage(async (page) => {
     await viewer((element) => element.configure({ view: "picture" }));
     await show("");
   };
+  seen.commands = await viewer(async (element) => {
+    let count = 0;
+    const submit = GPUQueue.prototype.submit;
+    GPUQueue.prototype.submit = function (...given) {
+      count += 1;
+      return submit.apply(this, given);
+    };
+    element.viewpoint = {}; // where it is: the picture is drawn anew
+    await element.settled();
+    const settling = count;
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    GPUQueue.prototype.submit = submit;
+    return { settling, afterwards: count - settling };
+  });
   await picture("picture", {});
   await picture("maps", { view: "maps", layer: 1 });
 

@@ -1,9 +1,32 @@
-// Program: adds one picture to the sum of pictures. Clear the sum first; divide by their number when showing it.
+#import tone
+
+// Program: adds one picture to the sum of pictures. Clear all buffers before the first.
 //
-//   bind group 0   0 texture_2d<f32> (any float format, not filtered)   1 storage array<vec4f>, read and written, row-major
+// `accumulate` does so and no more. For samples where they count, the first pictures, one sample a pixel each, are added by
+// `accumulate_spread`, which keeps the range of each pixel's display values too; then `decide` writes down which pixels need
+// no more, `enough.wgsl` keeps those out of all further pictures, and `accumulate` adds these: 0 where nothing was drawn.
+//
+//   bind group 0   0 texture_2d<f32> (any float format, not filtered)   1 storage array<vec4f>, read and written: the sum
+//                  2 uniform Criterion, 16 bytes   3 storage array<vec2u>, read and written: the spread
+//                  4 storage array<u32>, written by `decide`: after how many samples a pixel had enough, 0 while it takes all
+//   Buffers are row-major. `accumulate` binds 0 and 1, `accumulate_spread` 0 to 3, `decide` 2 to 4.
+
+struct Criterion {
+  exposure: f32,
+  curve: u32,    // TONE_*
+  width: u32,    // of the picture in pixels
+  count: u32,    // pictures added when it is decided
+}
+
+// The range of display values, or of coverage, above which samples disagree. Against 64 samples everywhere it costs less than
+// 0.1 dB on a mirror of 38 dB, and one pixel in eight takes 64; only 4 would see it from afar without the neighbours' word.
+const DISAGREEMENT = 0.35;
 
 @group(0) @binding(0) var addend: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read_write> sum: array<vec4f>;
+@group(0) @binding(2) var<uniform> criterion: Criterion;
+@group(0) @binding(3) var<storage, read_write> spread: array<vec2u>;  // largest values, and largest of 1 - value: 8 bits each
+@group(0) @binding(4) var<storage, read_write> enough: array<u32>;
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
@@ -13,4 +36,39 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
   }
   let k = id.y * size.x + id.x;
   sum[k] = sum[k] + textureLoad(addend, vec2i(id.xy), 0);
+}
+
+fn larger(packed: u32, value: vec4f) -> u32 {
+  return pack4x8unorm(max(unpack4x8unorm(packed), value));
+}
+
+@compute @workgroup_size(8, 8)
+fn accumulate_spread(@builtin(global_invocation_id) id: vec3u) {
+  let size = textureDimensions(addend);
+  if (id.x >= size.x || id.y >= size.y) {
+    return;
+  }
+  let k = id.y * size.x + id.x;
+  let value = textureLoad(addend, vec2i(id.xy), 0);
+  sum[k] = sum[k] + value;
+  let shown = vec4f(tone_mapped(max(value.rgb, vec3f(0.0)) * criterion.exposure, criterion.curve), value.a);
+  spread[k] = vec2u(larger(spread[k].x, shown), larger(spread[k].y, 1.0 - shown));
+}
+
+fn disagree(x: u32, y: u32) -> bool {
+  let both = spread[y * criterion.width + x];
+  return any(unpack4x8unorm(both.x) + unpack4x8unorm(both.y) > vec4f(1.0 + DISAGREEMENT));
+}
+
+// A pixel takes more if its samples disagree, or those of a pixel beside it: what is thin may lie between few samples.
+@compute @workgroup_size(8, 8)
+fn decide(@builtin(global_invocation_id) id: vec3u) {
+  let width = criterion.width;
+  let height = arrayLength(&spread) / width;
+  if (id.x >= width || id.y >= height) {
+    return;
+  }
+  let more = disagree(id.x, id.y) || disagree(max(id.x, 1u) - 1u, id.y) || disagree(min(id.x + 1u, width - 1u), id.y)
+    || disagree(id.x, max(id.y, 1u) - 1u) || disagree(id.x, min(id.y + 1u, height - 1u));
+  enough[id.y * width + id.x] = select(criterion.count, 0u, more);
 }

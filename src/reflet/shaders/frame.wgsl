@@ -1,7 +1,7 @@
 // Bind group 0: what a whole frame shares. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                         stages             contents
-//   0        uniform Frame, 1088 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
+//   0        uniform Frame, 1856 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
 //   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
@@ -11,9 +11,9 @@
 //
 // Tangents have glTF's handedness in w. Frame's bytes (offset: member):
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width
-//   112 ray_dy   124 height   128 sub_samples[16] (x, y, 0, 0)   384 blend[9] (weight, slot, 0, 0)   528 blend_count
-//   532 switches   536 zero   544 eye_rest   560 pixel_x   576 pixel_y   592 depth   608 pixel_x_rest
-//   624 pixel_y_rest   640 depth_rest; a *_rest is what float32 rounds off its namesake   656 map_from_world[9] (columns)
+//   112 ray_dy   124 height   128 sub_samples[64] (x, y, 0, 0)   1152 blend[9] (weight, slot, 0, 0)   1296 blend_count
+//   1300 switches   1304 zero   1312 eye_rest   1328 pixel_x   1344 pixel_y   1360 depth   1376 pixel_x_rest
+//   1392 pixel_y_rest   1408 depth_rest; a *_rest is what float32 rounds off its namesake   1424 map_from_world[9] (columns)
 
 struct Frame {
   clip_from_world: mat4x4f,       // reversed depth, infinite far plane: 1 near, 0 infinitely far; drawn with "greater"
@@ -25,7 +25,7 @@ struct Frame {
   width: f32,                     // of the picture in pixels
   ray_dy: vec3f,
   height: f32,
-  sub_samples: array<vec4f, 16>,  // positions from a pixel's top left corner, in pixels
+  sub_samples: array<vec4f, 64>,  // positions from a pixel's top left corner, in pixels
   blend: array<vec4f, 9>,         // blended samples of the parameter space: weight, slot in the arrays of maps; then BASE_MAP
   blend_count: u32,
   switches: u32,                  // SHOW_*, OBJECT_ONLY and HIDE_SHELL bits

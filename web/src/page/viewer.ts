@@ -4,7 +4,7 @@ import type { ViewPoint } from "../maths/camera";
 import { setMarkup } from "../panels/markup";
 import type { Settings } from "../panels/settings";
 import type { ShadingSettings } from "../panels/shading-settings";
-import type { Listener, Player, RawFrame } from "../players/player";
+import type { Listener, Player, RawFrame, RawSamples } from "../players/player";
 import { steer } from "./controls";
 import { Hint } from "./hint";
 import { followPixelSize } from "./pixel-size";
@@ -113,8 +113,8 @@ export class RefletViewer extends HTMLElement {
     await this.until((player) => player.settled);
   }
 
-  /** Draws the present view at another size and returns the numbers: `samples` a pixel, or four in one pass. */
-  async rawFrame(width: number, height: number, samples: number | "multisampled"): Promise<RawFrame> {
+  /** Draws the present view at another size and returns the numbers: `samples` a pixel, as many as at rest, or four in one pass. */
+  async rawFrame(width: number, height: number, samples: RawSamples): Promise<RawFrame> {
     const player = await this.until((that) => that.complete);
     return player.rawFrame(width, height, samples);
   }

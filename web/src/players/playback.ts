@@ -8,6 +8,7 @@ import type { View } from "../gpu/playback/view";
 import type { Camera } from "../maths/camera";
 import { asKind } from "../maths/geometry";
 import { blendWeights, nearestAlone, samplesByDistance } from "../maths/parameter-space";
+import { AT_REST, IN_MOTION, type Samples } from "../maths/sample-pattern";
 import { Panel } from "../panels/panel";
 import { defaultSettings, type Settings } from "../panels/settings";
 import { baseShare, type Pem } from "../scene/pem";
@@ -15,7 +16,8 @@ import { type Listener, Player } from "./player";
 
 export class Playback extends Player {
   readonly panel: Panel;
-  protected readonly sampleCount: number;
+  protected readonly atRest = AT_REST;
+  protected override readonly inMotion = IN_MOTION;
   protected readonly tone: Settings;
   readonly settings = defaultSettings();
   private maps!: ResidentMaps;
@@ -27,7 +29,6 @@ export class Playback extends Player {
     listener: Listener,
   ) {
     super(canvas, pem, listener);
-    this.sampleCount = pem.sampleCount;
     this.tone = this.settings;
     this.panel = new Panel(
       pem,
@@ -94,15 +95,18 @@ export class Playback extends Player {
     return false;
   }
 
-  protected drawMultisampled(camera: Camera): boolean {
-    const view = this.view(camera);
-    if (view.blend.length === 0 && view.base.weight === 0) return false; // nothing has arrived yet
-    this.renderer.drawMultisampled(view);
-    return true;
+  /** Something has arrived. */
+  protected get drawable(): boolean {
+    const { blend, base } = this.lit();
+    return blend.length > 0 || base.weight > 0;
   }
 
-  protected drawNextSample(camera: Camera, sampleCount: number, first: boolean): void {
-    this.renderer.drawNextSample(this.view(camera), sampleCount, first);
+  protected drawMultisampled(camera: Camera): void {
+    this.renderer.drawMultisampled(this.view(camera));
+  }
+
+  protected drawNextSample(camera: Camera, samples: Samples, first: boolean): void {
+    this.renderer.drawNextSample(this.view(camera), samples, first, this.tone);
   }
 
   protected facts(): string[] {
@@ -153,10 +157,14 @@ export class Playback extends Player {
   }
 
   private view(camera: Camera): View {
+    const { shown, hiddenShells } = this.settings;
+    return { camera, ...this.lit(), shown, hiddenShells };
+  }
+
+  private lit(): Pick<View, "blend" | "base"> {
     // Until the samples are here the base stands for them, alone.
     const away = this.pem.base.length > 0 && this.maps.hasBase ? 1 : 0;
     const base = this.maps.base(this.complete ? this.share : away);
-    const { shown, hiddenShells } = this.settings;
-    return { camera, blend: this.maps.shown(this.wanted(), this.byDistance()), base, shown, hiddenShells };
+    return { blend: this.maps.shown(this.wanted(), this.byDistance()), base };
   }
 }

@@ -2,16 +2,17 @@
 
 import type { PictureSum } from "../gpu/device/picture-sum";
 import { type Camera, cameraAt, type Orbit, pointOf, type ViewPoint } from "../maths/camera";
+import { type Adaptive, AT_REST, mostSamples, type Samples } from "../maths/sample-pattern";
 import type { Tone } from "../maths/tone";
 import type { Form } from "../panels/form";
 import type { Settings } from "../panels/settings";
 import type { ShadingSettings } from "../panels/shading-settings";
 import { type Surroundings, ViewLimits } from "../scene/view-limits";
 
-const MOST_PIXELS = 3 * 2 ** 20; // of the picture: bounds its textures to some 320 MB
+const MOST_PIXELS = 3 * 2 ** 20; // of the picture: bounds its textures to some 330 MB
 const COARSEST = 4; // pixels of the screen along the edge of one drawn in motion
 const SLOW_MS = 50; // a frame in motion that takes longer makes the next one coarser
-const FAST_MS = 12; // four times as many pixels will not be slow
+const FAST_MS = 12; // four times as many pixels, or samples, will not be slow
 const REST_MS = 120; // without change, before the picture is refined
 const SMOOTHED_FRAMES = 8; // in the frame time that is shown
 const MULTISAMPLES = 4;
@@ -23,6 +24,8 @@ export interface RawFrame {
   /** Linear radiance and coverage, four floats a pixel, row by row from the top. */
   radiance: Float32Array;
 }
+
+export type RawSamples = number | "adaptive" | "multisampled";
 
 export interface Listener {
   /** A first picture is on the screen. */
@@ -38,7 +41,8 @@ export abstract class Player {
   abstract readonly panel: Form;
   abstract readonly settings: Settings | ShadingSettings;
   protected point: ViewPoint;
-  protected abstract readonly sampleCount: number; // a pixel, at rest
+  protected abstract readonly atRest: Samples;
+  protected readonly inMotion: Adaptive | undefined; // where there is time for more than four at once
   protected abstract readonly sum: PictureSum;
   protected abstract readonly tone: Tone;
   private readonly orbit: Orbit;
@@ -49,6 +53,7 @@ export abstract class Player {
   private refining = false;
   private awake = false;
   private coarseness = COARSEST;
+  private more: boolean | undefined; // samples in motion, of all pixels; undefined until tried at this size
   private frameMs = 0;
   private frameSize = "";
   private device: GPUDevice | undefined; // while there is one
@@ -70,9 +75,11 @@ export abstract class Player {
   abstract get complete(): boolean;
   /** Makes what draws on a device into a canvas of this format. */
   protected abstract prepare(device: GPUDevice, format: GPUTextureFormat): Promise<void>;
-  /** Draws four samples a pixel at once. Returns whether there was anything to draw. */
-  protected abstract drawMultisampled(camera: Camera): boolean;
-  protected abstract drawNextSample(camera: Camera, sampleCount: number, first: boolean): void;
+  /** Whether there is anything to draw. */
+  protected abstract get drawable(): boolean;
+  /** Draws four samples a pixel at once. */
+  protected abstract drawMultisampled(camera: Camera): void;
+  protected abstract drawNextSample(camera: Camera, samples: Samples, first: boolean): void;
   /** The first lines of what the panel says. */
   protected abstract facts(): string[];
 
@@ -99,6 +106,7 @@ export abstract class Player {
   /** The canvas covers so many pixels of the device now: none where it is hidden. */
   resize(width: number, height: number): void {
     this.pixels = { width, height };
+    this.more = undefined;
     this.invalidate();
   }
 
@@ -140,11 +148,11 @@ export abstract class Player {
     return this.complete && (this.hidden || (!this.changed && !this.refining));
   }
 
-  /** Draws the present view at another size: `samples` a pixel one by one, or four in one pass. */
-  async rawFrame(width: number, height: number, samples: number | "multisampled"): Promise<RawFrame> {
+  /** Draws the present view at another size: `samples` a pixel one by one, as many as at rest, or four in one pass. */
+  async rawFrame(width: number, height: number, samples: RawSamples): Promise<RawFrame> {
     const camera = this.camera(width, height);
     if (samples === "multisampled") this.drawMultisampled(camera);
-    else for (let k = 0; k < samples; k++) this.drawNextSample(camera, samples, k === 0);
+    else this.drawSamples(camera, samples === "adaptive" ? AT_REST : samples);
     const { device } = this;
     const reading = this.sum.read().catch((error: unknown) => {
       throw device === this.device ? error : new Error("The graphics device was lost meanwhile; ask again.");
@@ -158,7 +166,10 @@ export abstract class Player {
     const full = this.fullSize();
     const width = Math.ceil(full.width / this.coarseness);
     const height = Math.ceil(full.height / this.coarseness);
-    if (!this.drawMultisampled(this.shownCamera(width, height))) return false;
+    if (!this.drawable) return false;
+    const camera = this.shownCamera(width, height);
+    if (this.inMotion && this.more) this.drawSamples(camera, this.inMotion);
+    else this.drawMultisampled(camera);
     this.sum.display(this.screen(width, height), this.tone);
     this.listener.shown();
     return true;
@@ -177,6 +188,10 @@ export abstract class Player {
     const longest = this.device?.limits.maxTextureDimension2D ?? 1;
     const ratio = Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)), longest / Math.max(width, height));
     return { width: Math.max(Math.floor(width * ratio), 1), height: Math.max(Math.floor(height * ratio), 1) };
+  }
+
+  private drawSamples(camera: Camera, samples: Samples): void {
+    for (let k = 0; k < mostSamples(samples); k++) this.drawNextSample(camera, samples, k === 0);
   }
 
   private get hidden(): boolean {
@@ -247,17 +262,17 @@ export abstract class Player {
   /** Adds one sub-sample of the pattern; shown as soon as there are as many as in motion. */
   private refine(): void {
     const { width, height } = this.fullSize();
-    this.drawNextSample(this.shownCamera(width, height), this.sampleCount, this.samplesAtRest === 0);
+    this.drawNextSample(this.shownCamera(width, height), this.atRest, this.samplesAtRest === 0);
     this.samplesAtRest += 1;
-    if (this.samplesAtRest >= Math.min(MULTISAMPLES, this.sampleCount)) {
-      this.sum.display(this.screen(width, height), this.tone);
-    }
-    this.refining = this.samplesAtRest < this.sampleCount;
+    if (this.samplesAtRest >= MULTISAMPLES) this.sum.display(this.screen(width, height), this.tone);
+    this.refining = this.samplesAtRest < mostSamples(this.atRest);
   }
 
   private measure(ms: number): void {
     this.frameMs += (ms - this.frameMs) / (this.frameMs === 0 ? 1 : SMOOTHED_FRAMES);
-    if (ms > SLOW_MS) this.coarseness = Math.min(2 * this.coarseness, COARSEST);
-    else if (ms < FAST_MS) this.coarseness = Math.max(this.coarseness / 2, 1);
+    if (ms > SLOW_MS && this.more) this.more = false;
+    else if (ms > SLOW_MS) this.coarseness = Math.min(2 * this.coarseness, COARSEST);
+    else if (ms < FAST_MS && this.coarseness > 1) this.coarseness /= 2;
+    else if (ms < FAST_MS) this.more ??= true;
   }
 }

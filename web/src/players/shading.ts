@@ -4,6 +4,7 @@ import type { PictureSum } from "../gpu/device/picture-sum";
 import type { Rotation } from "../gpu/maps/env-map";
 import { MaterialRenderer, type MaterialView } from "../gpu/materials/material-renderer";
 import type { Camera } from "../maths/camera";
+import { mostSamples, type Samples } from "../maths/sample-pattern";
 import { NORMAL_EXPOSURE, type Tone } from "../maths/tone";
 import { choiceOf } from "../panels/material-fields";
 import { MaterialPanel } from "../panels/material-panel";
@@ -13,7 +14,6 @@ import { KINDS } from "../scene/material";
 import type { ShadedScene, Shown } from "../scene/shaded-scene";
 import { type Listener, Player } from "./player";
 
-const SAMPLES_AT_REST = 16;
 const CIRCLING_DEGREES_PER_MS = 0.03;
 
 /** `map_from_world` of an environment turned about the vertical: twin of reflet.shade.turn_about_vertical. */
@@ -29,7 +29,8 @@ export function turnAboutVertical(degrees: number): Rotation {
 export class Shading extends Player {
   readonly panel: MaterialPanel;
   readonly complete = true;
-  protected readonly sampleCount = SAMPLES_AT_REST;
+  protected readonly drawable = true;
+  protected readonly atRest = 16;
   readonly settings: ShadingSettings;
   private renderer!: MaterialRenderer;
   private circled = 0; // when the lamp last moved by itself
@@ -108,13 +109,13 @@ export class Shading extends Player {
     return this.renderer.sum;
   }
 
-  protected drawMultisampled(camera: Camera): boolean {
+  protected drawMultisampled(camera: Camera): void {
     this.renderer.drawMultisampled(this.view(camera));
-    return true;
   }
 
-  protected drawNextSample(camera: Camera, sampleCount: number, first: boolean): void {
-    this.renderer.drawNextSample(this.view(camera), sampleCount, first);
+  /** Materials take all samples everywhere. */
+  protected drawNextSample(camera: Camera, samples: Samples, first: boolean): void {
+    this.renderer.drawNextSample(this.view(camera), mostSamples(samples), first);
   }
 
   protected facts(): string[] {

@@ -39,7 +39,6 @@ export interface Pem {
   /** Degrees of displacement from the samples at which the base is all that is shown. */
   readonly fadeDeg: number;
   readonly lodBias: number;
-  readonly sampleCount: number;
   readonly onHull: Uint8Array;
   readonly colourGrids: { readonly resolution: Uint32Array; readonly offset: Uint32Array };
   readonly radiosity: Float32Array;
@@ -78,7 +77,6 @@ interface Extension {
   fadeDeg: number;
   samples: { maps: string[] }[];
   lodBias: number;
-  sampleCount: number;
   onHull: ArrayDescription;
   irradiance: { resolution: ArrayDescription; offset: ArrayDescription; radiosity: ArrayDescription };
   environment?: ArrayDescription;
@@ -108,7 +106,6 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     base: extension.base.map(files.resolve),
     fadeDeg: extension.fadeDeg,
     lodBias: extension.lodBias,
-    sampleCount: extension.sampleCount,
     onHull,
     colourGrids: { resolution, offset },
     radiosity,

@@ -33,7 +33,7 @@ FRAME = np.dtype(
     [
         ("clip_from_world", "f4", (4, 4)), ("eye", "f4", 3), ("lod_bias", "f4"),
         ("ray_corner", "f4", 3), ("texture_lod_bias", "f4"), ("ray_dx", "f4", 3), ("width", "f4"),
-        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (16, 4)), ("blend", "f4", (LARGEST_BLEND + 1, 4)),
+        ("ray_dy", "f4", 3), ("height", "f4"), ("sub_samples", "f4", (64, 4)), ("blend", "f4", (LARGEST_BLEND + 1, 4)),
         ("blend_count", "u4"), ("switches", "u4"), ("padding", "u4", 2), ("eye_rest", "f4", 4),
         ("rows", "f4", (3, 4)), ("rows_rest", "f4", (3, 4)), ("map_from_world", "f4", (LARGEST_BLEND + 1, 3, 4)),
     ]

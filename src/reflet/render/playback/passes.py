@@ -1,51 +1,21 @@
 """Render passes: pipelines and the textures they draw into."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 import wgpu
-from jaxtyping import Float32
 
-from reflet.render.device.textures import check_size
 from reflet.render.playback.scene_buffers import Draw
+from reflet.render.playback.sums import Sums
+from reflet.render.playback.target import Target
 from reflet.shaders.link import link
 
 Cull = Literal["none", "front", "back"]
 
 
-class Target:
-    """Textures of one picture size; made when first drawn into.
-
-    16 bytes a pixel of colour, 4 of depth, 16 of the sum, and 64 + 8 more where multi-sampled.
-    """
-
-    def __init__(self, device: wgpu.GPUDevice, width: int, height: int) -> None:
-        check_size(device, width, height, "A picture")
-        self.size = width, height
-        self._device = device
-        self._textures: dict[tuple[str, int], wgpu.GPUTexture] = {}
-        self.sum = device.create_buffer(
-            size=16 * width * height,
-            usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC | wgpu.BufferUsage.COPY_DST,
-        )
-
-    def texture(self, texture_format: str, sample_count: int = 1) -> wgpu.GPUTexture:
-        """The texture of a format."""
-        key = texture_format, sample_count
-        if key not in self._textures:
-            usage = wgpu.TextureUsage.RENDER_ATTACHMENT
-            if sample_count == 1:
-                usage |= wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
-            self._textures[key] = self._device.create_texture(
-                size=(*self.size, 1), format=texture_format, sample_count=sample_count, usage=usage
-            )
-        return self._textures[key]
-
-
 class Passes:
-    """Draws parts and backdrop, sums pictures up, reads them back."""
+    """Draws parts and backdrop, reads pictures back."""
 
     def __init__(
         self, device: wgpu.GPUDevice, frame_layout: wgpu.GPUBindGroupLayout, part_layout: wgpu.GPUBindGroupLayout
@@ -55,17 +25,7 @@ class Passes:
         self._backdrop_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout])
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
         self._pipelines: dict[tuple, wgpu.GPURenderPipeline] = {}
-        compute = wgpu.ShaderStage.COMPUTE
-        self._sum_layout = device.create_bind_group_layout(
-            entries=[
-                {"binding": 0, "visibility": compute, "texture": {"sample_type": "unfilterable-float"}},
-                {"binding": 1, "visibility": compute, "buffer": {"type": "storage"}},
-            ]
-        )
-        self._accumulate = device.create_compute_pipeline(
-            layout=device.create_pipeline_layout(bind_group_layouts=[self._sum_layout]),
-            compute={"module": self._module("accumulate.wgsl"), "entry_point": "accumulate"},
-        )
+        self.sums = Sums(device)
 
     def draw(
         self,
@@ -79,10 +39,13 @@ class Passes:
         frame_group: wgpu.GPUBindGroup,
         part_groups: Sequence[wgpu.GPUBindGroup],
         draws: Sequence[Draw],
+        *,
+        keeps_out: bool = False,
     ) -> wgpu.GPUTexture:
         """One pass over all parts, then the backdrop; the texture that holds the picture, one sample a pixel.
 
-        ``constants`` are those of the frame that pipelines are built for.
+        ``constants`` are those of the frame that pipelines are built for. ``keeps_out`` draws nothing where pixels have
+        enough samples (`Sums.decide`); such passes have one sample a pixel, and show radiance.
         """
         colour, resolved, depth = self._attachments(target, entry_point)
         render_pass = encoder.begin_render_pass(
@@ -102,6 +65,8 @@ class Passes:
                 "depth_store_op": "discard",
             },
         )
+        if keeps_out:
+            self.sums.keep_out(render_pass, target)
         render_pass.set_bind_group(0, frame_group)
         shows_backs_apart = program == "picture.wgsl"
         rate = "multi" if _is_multi(entry_point) else "single"
@@ -121,35 +86,6 @@ class Passes:
             render_pass.draw(3, 1, 0, sub_sample)
         render_pass.end()
         return resolved or colour
-
-    def add(self, encoder: wgpu.GPUCommandEncoder, picture: wgpu.GPUTexture, target: Target) -> None:
-        """Adds a picture to the target's sum."""
-        group = self._device.create_bind_group(
-            layout=self._sum_layout,
-            entries=[
-                {"binding": 0, "resource": picture.create_view()},
-                {"binding": 1, "resource": {"buffer": target.sum}},
-            ],
-        )
-        width, height = target.size
-        compute_pass = encoder.begin_compute_pass()
-        compute_pass.set_pipeline(self._accumulate)
-        compute_pass.set_bind_group(0, group)
-        compute_pass.dispatch_workgroups(-(-width // 8), -(-height // 8))
-        compute_pass.end()
-
-    @contextmanager
-    def summing(self, target: Target) -> Iterator[wgpu.GPUCommandEncoder]:
-        """An encoder of passes that begin with an empty sum."""
-        encoder = self._device.create_command_encoder()
-        encoder.clear_buffer(target.sum)
-        yield encoder
-        self._device.queue.submit([encoder.finish()])
-
-    def read_sum(self, target: Target) -> Float32[np.ndarray, "height width 4"]:
-        """The sum of the pictures drawn since `summing` began."""
-        width, height = target.size
-        return np.frombuffer(self._device.queue.read_buffer(target.sum), np.float32).reshape(height, width, 4)
 
     def read(self, texture: wgpu.GPUTexture, dtype: type) -> np.ndarray:
         """A texture's contents, (height, width, channels)."""

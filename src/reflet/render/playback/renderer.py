@@ -21,13 +21,16 @@ from reflet.render.playback.layouts import (
     part_layout,
     switch_bits,
 )
-from reflet.render.playback.passes import Passes, Target
+from reflet.render.playback.passes import Passes
 from reflet.render.playback.resident_maps import ResidentMaps
 from reflet.render.playback.scene_buffers import SceneBuffers
 from reflet.render.playback.stacks import stacks_of
+from reflet.render.playback.target import Target
 from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import AT_REST, Adaptive
 
 ALL_SHOWN: frozenset[Shown] = frozenset(SWITCHES)
+Samples = int | Adaptive | Literal["adaptive"]  # a pixel; "adaptive" is `AT_REST`
 
 
 class Renderer:
@@ -52,13 +55,14 @@ class Renderer:
         self._maps = ResidentMaps(self.device, pem, self.stacks, map_memory)
         self._part_groups = self._buffers.part_groups(self._maps.arrays)
         self._target: Target | None = None
+        self._taken: int | Adaptive = 1
         self._constants: dict[str, float] = {}
 
     def frame(
         self,
         camera: Camera,
         *,
-        samples: int | None = None,
+        samples: Samples | None = None,
         blend: bool = True,
         layers: Collection[Shown] = ALL_SHOWN,
         what: Literal["picture", "object"] = "picture",
@@ -70,8 +74,9 @@ class Renderer:
     ) -> Float32[np.ndarray, "height width 4"]:
         """Linear radiance, and coverage in alpha.
 
-        ``samples`` a pixel (1, 4 or 16) are by default those that the maps were inferred for. ``blend`` mixes the maps
-        around the camera's point of the parameter space, else the nearest are shown; ``point`` names another point.
+        ``samples`` a pixel (1, 4, 16 or 64) are by default those that the maps were inferred for; "adaptive" takes 16,
+        and 64 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes the
+        maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
         ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local"; ``shells``
         are the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of
         the distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0
@@ -80,26 +85,21 @@ class Renderer:
         samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
         interpolated by the rasterizer, which is faster, and a little different on every driver.
         """
-        samples = samples or self.pem.sample_count
+        samples = self._asked(samples)
         if multisampled and samples != 4:
             raise RefletError(f"Multi-sampled pictures have 4 samples a pixel, not {samples}.")
         switches = switch_bits(layers, what == "object", shells)
-        self._write_frame(camera, samples, switches, *self._blend(camera, blend, point, base, "local" in layers))
-        backdrop = what == "picture" and self.pem.scene.environment is not None
-        target = self._target_for(camera)
+        shown = self._blend(camera, blend, point, base, "local" in layers)
         entry_point = f"picture_{'multi' if multisampled else 'single'}{'' if exact else '_fast'}"
-        pictures = 1 if multisampled else samples
-        with self._passes.summing(target) as encoder:
-            for k in range(pictures):
-                self._add(encoder, target, "picture.wgsl", entry_point, k, backdrop)
-        return self._passes.read_sum(target) / np.float32(pictures)
+        backdrop = what == "picture" and self.pem.scene.environment is not None
+        return self._mean(camera, samples, switches, *shown, "picture.wgsl", entry_point, backdrop)
 
     def layer_image(
         self,
         camera: Camera,
         kind: Literal["distant", "local"],
         *,
-        samples: int | None = None,
+        samples: Samples | None = None,
         blend: bool = True,
         point: Mapping[str, float] | None = None,
         shells: Collection[int] | None = None,
@@ -111,14 +111,20 @@ class Renderer:
         last is left out; local ones are premultiplied and bring their own alpha. Where nothing is looked up all four
         are 0. ``point``, ``shells`` and ``base`` are those of `frame`.
         """
-        samples = samples or self.pem.sample_count
         shown = self._blend(camera, blend, point, base, kind == "local")
-        self._write_frame(camera, samples, switch_bits((), False, shells), *shown)
-        target = self._target_for(camera)
-        with self._passes.summing(target) as encoder:
-            for k in range(samples):
-                self._add(encoder, target, "probe.wgsl", f"probe_{kind}", k, backdrop=False)
-        return self._passes.read_sum(target) / np.float32(samples)
+        return self._mean(
+            camera, self._asked(samples), switch_bits((), False, shells), *shown, "probe.wgsl", f"probe_{kind}", False
+        )
+
+    def samples_taken(self) -> UInt32[np.ndarray, "height width"]:
+        """How many samples each pixel of the last picture took."""
+        if self._target is None:
+            raise RefletError("No picture is drawn yet; ask for a frame first.")
+        samples = self._taken
+        if isinstance(samples, Adaptive):
+            return self._passes.sums.read_counts(self._target, samples.most)
+        width, height = self._target.size
+        return np.full((height, width), samples, np.uint32)
 
     def visible_triangles(
         self, camera: Camera, sample_count: int, sub_sample: int
@@ -156,6 +162,9 @@ class Renderer:
     def bind_maps(self, arrays: Sequence[wgpu.GPUTexture]) -> list[wgpu.GPUBindGroup]:
         """Part bind groups with other maps: one array for each of ``stacks``."""
         return self._buffers.part_groups(arrays)
+
+    def _asked(self, samples: Samples | None) -> int | Adaptive:
+        return AT_REST if samples == "adaptive" else samples or self.pem.sample_count
 
     def _blend(
         self, camera: Camera, blend: bool, point: Mapping[str, float] | None, share: float | None, local: bool
@@ -211,20 +220,47 @@ class Renderer:
         sub_sample: int,
         backdrop: bool,
         part_groups: Sequence[wgpu.GPUBindGroup],
+        *,
+        keeps_out: bool = False,
     ) -> wgpu.GPUTexture:
         return self._passes.draw(
             encoder, target, program, entry_point, sub_sample, backdrop, self._constants,
-            self._buffers.frame_group, part_groups, self._buffers.draws,
+            self._buffers.frame_group, part_groups, self._buffers.draws, keeps_out=keeps_out,
         )  # fmt: skip
 
-    def _add(
+    def _mean(
         self,
-        encoder: wgpu.GPUCommandEncoder,
-        target: Target,
+        camera: Camera,
+        samples: int | Adaptive,
+        switches: int,
+        blend: Sequence[Blended],
+        base: Blended,
         program: str,
         entry_point: str,
-        sub_sample: int,
         backdrop: bool,
-    ) -> None:
-        picture = self._draw(encoder, target, program, entry_point, sub_sample, backdrop, self._part_groups)
-        self._passes.add(encoder, picture, target)
+    ) -> Float32[np.ndarray, "height width 4"]:
+        """The mean of all sub-samples of each pixel."""
+        target, sums = self._target_for(camera), self._passes.sums
+        adaptive = isinstance(samples, Adaptive)
+        first = samples.first if isinstance(samples, Adaptive) else samples
+        pictures = 1 if "multi" in entry_point else first  # of one sub-sample, or of four at once
+        self._write_frame(camera, first, switches, blend, base)
+        encoder = self.device.create_command_encoder()
+        sums.begin(encoder, target, first if adaptive else None)
+        for k in range(pictures):
+            picture = self._draw(encoder, target, program, entry_point, k, backdrop, self._part_groups)
+            sums.add(encoder, picture, target, spread=adaptive)
+        if isinstance(samples, Adaptive):
+            sums.decide(encoder, target)
+            self.device.queue.submit([encoder.finish()])
+            self._write_frame(camera, samples.most, switches, blend, base)  # what follows has other LODs
+            encoder = self.device.create_command_encoder()
+            for k in range(first, samples.most):
+                picture = self._draw(
+                    encoder, target, program, entry_point, k, backdrop, self._part_groups, keeps_out=True
+                )
+                sums.add(encoder, picture, target)
+        self.device.queue.submit([encoder.finish()])
+        self._taken = samples
+        counts = self.samples_taken()[..., None] if adaptive else np.float32(pictures)
+        return sums.read(target) / np.asarray(counts, np.float32)

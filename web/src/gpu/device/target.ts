@@ -1,9 +1,12 @@
-// Textures of one picture size, made when first drawn into, and the sum of pictures.
+// Textures of one picture size, made when first drawn into, and the sum of pictures: twin of reflet.render.playback.target.
 
 export const DEPTH: GPUTextureFormat = "depth32float";
 
 export class Target {
   readonly sum: GPUBuffer;
+  /** After how many samples each pixel had enough, 0 while it takes all. */
+  readonly enough: GPUBuffer;
+  private spreads: GPUBuffer | undefined;
   private readonly textures = new Map<string, GPUTexture>();
 
   constructor(
@@ -11,10 +14,14 @@ export class Target {
     readonly width: number,
     readonly height: number,
   ) {
-    this.sum = device.createBuffer({
-      size: 16 * width * height,
-      usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC | GPUBufferUsage.COPY_DST,
-    });
+    this.sum = this.buffer(16);
+    this.enough = this.buffer(4);
+  }
+
+  /** How far each pixel's samples lie apart, where they are taken where they count. */
+  get spread(): GPUBuffer {
+    this.spreads ??= this.buffer(8);
+    return this.spreads;
   }
 
   texture(format: GPUTextureFormat, sampleCount = 1): GPUTexture {
@@ -34,7 +41,14 @@ export class Target {
   }
 
   destroy(): void {
-    this.sum.destroy();
+    for (const buffer of [this.sum, this.enough, this.spreads]) buffer?.destroy();
     for (const texture of this.textures.values()) texture.destroy();
+  }
+
+  private buffer(bytesAPixel: number): GPUBuffer {
+    return this.device.createBuffer({
+      size: bytesAPixel * this.width * this.height,
+      usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC | GPUBufferUsage.COPY_DST,
+    });
   }
 }

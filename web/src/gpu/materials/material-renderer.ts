@@ -2,7 +2,7 @@
 
 import type { Part } from "../../files/gltf";
 import type { Camera } from "../../maths/camera";
-import { PATTERN } from "../../maths/sample-pattern";
+import { samplePositions } from "../../maths/sample-pattern";
 import type { Lamp } from "../../scene/lamp";
 import { diffuses, MATERIAL_BYTES, type Material, materialUniform } from "../../scene/material";
 import type { BrdfMap, LoadedMap, NamedMap, ShadedScene, Shown, Table } from "../../scene/shaded-scene";
@@ -109,8 +109,8 @@ export class MaterialRenderer {
 
   /** Adds the next sub-sample of a picture of `sampleCount` to the sum, emptying it before the first. */
   drawNextSample(view: MaterialView, sampleCount: number, first: boolean): void {
-    const [x, y] = PATTERN[first ? 0 : this.sum.count] ?? [16, 16];
-    this.draw(view, sampleCount === 1 ? MIDDLE : [x / 32, y / 32], sampleCount, first, false);
+    const at = samplePositions(sampleCount)[first ? 0 : this.sum.count] ?? MIDDLE;
+    this.draw(view, at, sampleCount, first, false);
   }
 
   private draw(

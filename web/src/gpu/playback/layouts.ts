@@ -4,7 +4,7 @@ import type { Part } from "../../files/gltf";
 import { clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
 import { type Geometry, pack } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
-import { PATTERN } from "../../maths/sample-pattern";
+import { samplePositions } from "../../maths/sample-pattern";
 import type { Layer, Shown } from "../../scene/pem";
 import type { View } from "./view";
 
@@ -14,7 +14,7 @@ const HIDE_SHELL = 32; // the nearest; the others' bits follow
 
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
-export const FRAME_BYTES = 1088;
+export const FRAME_BYTES = 1856;
 export const PART_BYTES = 304;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
@@ -32,31 +32,30 @@ export function frameUniform(view: View, sampleCount: number, lodBias: number): 
   floats.set([...corner, -0.5 * Math.log2(sampleCount)], 20);
   floats.set([...dx, camera.width], 24);
   floats.set([...dy, camera.height], 28);
-  const positions = sampleCount === 1 ? [[16, 16] as const] : PATTERN.slice(0, sampleCount);
-  positions.forEach(([x, y], k) => {
-    floats.set([x / 32, y / 32], 32 + 4 * k);
+  samplePositions(sampleCount).forEach((position, k) => {
+    floats.set(position, 32 + 4 * k);
   });
   for (const [k, { slot, weight, mapFromWorld }] of [...blend.entries(), [LARGEST_BLEND, base] as const]) {
-    floats.set([weight, slot], 96 + 4 * k);
+    floats.set([weight, slot], 288 + 4 * k);
     mapFromWorld.forEach((row, i) => {
       row.forEach((value, column) => {
-        floats[164 + 12 * k + 4 * column + i] = value;
+        floats[356 + 12 * k + 4 * column + i] = value;
       });
     });
   }
   // What float32 rounds off stands 16 bytes a vector later on: the exact path reckons with both.
   const rest = (values: readonly number[]) => values.map((value) => value - Math.fround(value));
-  floats.set(rest(camera.position), 136);
+  floats.set(rest(camera.position), 328);
   pixelFromView(basis).forEach((row, k) => {
-    floats.set(row, 140 + 4 * k);
-    floats.set(rest(row), 152 + 4 * k);
+    floats.set(row, 332 + 4 * k);
+    floats.set(rest(row), 344 + 4 * k);
   });
   const bits = [
     ...(Object.keys(SWITCHES) as (keyof Shown)[]).filter((name) => shown[name]).map((name) => SWITCHES[name]),
     ...hiddenShells.map((shell) => HIDE_SHELL << shell),
   ];
   const switches = bits.reduce((sum, bit) => sum | bit, 0);
-  new Uint32Array(data).set([blend.length, switches], 132);
+  new Uint32Array(data).set([blend.length, switches], 324);
   return data;
 }
 

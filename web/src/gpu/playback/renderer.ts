@@ -2,10 +2,11 @@
 
 import { nearestInverse } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
+import type { Samples } from "../../maths/sample-pattern";
 import { NORMAL_EXPOSURE, TONE_CURVES, type Tone } from "../../maths/tone";
 import type { MapShows, Pem } from "../../scene/pem";
 import type { Stack } from "../../scene/stacks";
-import { PictureSum } from "../device/picture-sum";
+import { PictureSum, type Spared } from "../device/picture-sum";
 import { frameUniform } from "./layouts";
 import { createPipelines, type Pipelines } from "./pipelines";
 import type { ResidentMaps } from "./resident-maps";
@@ -38,9 +39,18 @@ export class Renderer {
     this.draw(view, 4, 0, true);
   }
 
-  /** Adds the next sub-sample of a picture of `sampleCount` to the sum, emptying it before the first. */
-  drawNextSample(view: View, sampleCount: number, first: boolean): void {
-    this.draw(view, sampleCount, first ? 0 : this.sum.count, false);
+  /**
+   * Adds the next sub-sample of a picture of `samples` to the sum, emptying it before the first. Where they count depends on
+   * how it is shown.
+   */
+  drawNextSample(view: View, samples: Samples, first: boolean, tone: Tone): void {
+    const subSample = first ? 0 : this.sum.count;
+    if (typeof samples === "number") this.draw(view, samples, subSample, false);
+    else {
+      // Those beyond the first have the LODs of the most.
+      const sampleCount = subSample < samples.first ? samples.first : samples.most;
+      this.draw(view, sampleCount, subSample, false, { ...samples, tone });
+    }
   }
 
   /**
@@ -83,11 +93,11 @@ export class Renderer {
     this.sum.fillScreen(screen, this.pipelines.mapView, data, maps.createView({ dimension: "2d-array" }));
   }
 
-  private draw(view: View, sampleCount: number, subSample: number, multi: boolean): void {
+  private draw(view: View, sampleCount: number, subSample: number, multi: boolean, spared?: Spared): void {
     const data = frameUniform(view, sampleCount, this.pem.lodBias);
     this.device.queue.writeBuffer(this.scene.frameUniform, 0, data);
     const kind = multi ? "multi" : "single";
-    this.sum.add(view.camera, subSample === 0, multi, NOTHING, (pass) => {
+    const draw = (pass: GPURenderPassEncoder) => {
       pass.setPipeline(this.pipelines.picture[kind]);
       pass.setBindGroup(0, this.scene.frameGroup);
       this.scene.partGroups.forEach((group, part) => {
@@ -99,6 +109,7 @@ export class Renderer {
         pass.setPipeline(this.pipelines.backdrop[kind]);
         pass.draw(3, 1, 0, subSample);
       }
-    });
+    };
+    this.sum.add(view.camera, subSample === 0, multi, NOTHING, draw, spared);
   }
 }
