@@ -4,6 +4,8 @@ import json
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,9 @@ from PIL import Image
 
 from reflet.cli.main import main
 from reflet.files.pictures.exr import read_exr
+from reflet.pem.container import open_pem
 from reflet.pipelines.bake import TIMINGS
+from reflet.render.playback.renderer import Renderer
 from reflet.report.comparison import METHODS, PLACES
 from reflet.report.measures import display_psnr, picture_srgb
 
@@ -60,6 +64,25 @@ def test_render_writes_the_same_picture_as_png_and_exr(baked: Path, tmp_path: Pa
     assert np.array_equal(picture_srgb(radiance), shown)
     # The sky's radiance is between 0.3 and 0.94 a channel, so is its mirror image times at most 1: nothing is left out.
     assert radiance.max() <= 1.0 and (radiance.max(-1) > 0.25).mean() > 0.6
+
+
+def test_render_takes_samples_where_they_count_unless_told(baked: Path, tmp_path: Path) -> None:
+    def picture(*more: str) -> np.ndarray:
+        assert reflet("render", baked, "--azimuth", "62", "--size", "48", *more, "-o", tmp_path / "view.exr") == 0
+        return read_exr(tmp_path / "view.exr")
+
+    by_default, all_alike = picture(), {count: picture("--samples", count) for count in ("1", "4", "16", "64")}
+    np.testing.assert_array_equal(by_default, picture("--samples", "adaptive"))
+    adaptive = open_pem(baked)
+    expected = Renderer(adaptive).frame(
+        replace(adaptive.space.orbit, image_size=48).camera({"azimuth_deg": 62.0}), samples="adaptive"
+    )
+    np.testing.assert_array_equal(by_default, expected[..., :3])
+    for few, more in pairwise([*all_alike.values(), by_default]):
+        assert not np.array_equal(few, more)
+    # Of the pictures of 1, 4, 16 samples and of where they count the last is nearest to that of 64.
+    errors = [np.square(each - all_alike["64"]).mean() for each in (*all_alike.values(), by_default)]
+    assert errors[0] > errors[1] > errors[2] > errors[4] > errors[3] == 0
 
 
 def test_nearest_differs_from_blended_only_between_samples(baked: Path, tmp_path: Path) -> None:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
+from reflet.scene.views.sample_pattern import SAMPLE_COUNTS
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
@@ -20,6 +21,8 @@ variant_option = click.option(
     show_default=True,
     help="Trace on the CPU (llvm) or on an NVIDIA GPU (cuda).",
 )
+SAMPLES = click.Choice(["adaptive", *map(str, SAMPLE_COUNTS)])
+SAMPLES_HELP = "Samples a pixel; adaptive takes 16, and 64 where those disagree."
 samples_option = click.option(
     "--samples",
     type=click.Choice(["4", "16"]),
@@ -56,6 +59,11 @@ _MAP_FILES = (
     click.option("--zstd", is_flag=True, help="Pack a .ktx2 by Zstandard."),
     from_option,
 )
+
+
+def asked_samples(samples: str) -> int | Literal["adaptive"]:
+    """What `SAMPLES` chose, as renderers take it."""
+    return "adaptive" if samples == "adaptive" else int(samples)
 
 
 def map_file_options(verb: Callable[..., None]) -> Callable[..., None]:

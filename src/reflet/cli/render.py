@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import pem_argument, samples_option
+from reflet.cli.options import SAMPLES, SAMPLES_HELP, asked_samples, pem_argument
 from reflet.cli.progress import progress_bar
 
 
@@ -14,7 +14,7 @@ from reflet.cli.progress import progress_bar
 @click.option("--elevation", type=click.FloatRange(-90, 90), help="Degrees; by default that of the baked orbit.")
 @click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
 @click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
-@samples_option
+@click.option("--samples", type=SAMPLES, default="adaptive", show_default=True, help=SAMPLES_HELP)
 @click.option("--size", type=click.IntRange(1), help="Pixels along an edge; by default as baked.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
 def render(
@@ -23,11 +23,11 @@ def render(
     elevation: float | None,
     distance: float | None,
     nearest: bool,
-    samples: str | None,
+    samples: str,
     size: int | None,
     output: Path,
 ) -> None:
-    """Draws PEM as the viewer does, without a window: on a viewpoint, between two, or anywhere off the orbit.
+    """Draws PEM as the viewer does at rest, without a window: on a viewpoint, between two, or anywhere off the orbit.
 
     A .png holds the tone-mapped picture, an .exr linear radiance.
 
@@ -60,7 +60,7 @@ def render(
         progress("draw", 0, 2)
         renderer = Renderer(opened)
         progress("draw", 1, 2)
-        frame = renderer.frame(orbit.camera(point), samples=int(samples or opened.sample_count), blend=not nearest)
+        frame = renderer.frame(orbit.camera(point), samples=asked_samples(samples), blend=not nearest)
         progress("draw", 2, 2)
     picture = frame[..., :3]
     if output.suffix.lower() == ".png":
