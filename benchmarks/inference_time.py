@@ -14,7 +14,7 @@ from dataclasses import replace
 from reflet.envmap.mip_chain import MipChain
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.infer.infer_layer import infer_layer
-from reflet.pipelines.bake import LOD_BIAS
+from reflet.pipelines.baking.base_maps import LOD_BIASES
 from reflet.pipelines.load import load_scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
@@ -56,10 +56,10 @@ def main() -> None:
         lap("trace")
         gbuffer = gbuffer_from_visibility(scene, view.visibility)
         lap("gbuffer")
-        infer_layer("distant", gbuffer, view.layers, item.parts, box, chain, LOD_BIAS, prior=probe.texels)
+        infer_layer("distant", gbuffer, view.layers, item.parts, box, chain, LOD_BIASES["none"], prior=probe.texels)
         lap("distant")
         for part, ellipsoid in ellipsoids.items():
-            infer_layer("local", gbuffer, view.layers, (part,), ellipsoid, small, LOD_BIAS, on_hull=on_hull)
+            infer_layer("local", gbuffer, view.layers, (part,), ellipsoid, small, LOD_BIASES["none"], on_hull=on_hull)
         lap("local")
     medians = {
         stage: {

@@ -18,12 +18,13 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.files.pictures.png import write_png
 from reflet.infer.fit_geometry import em_origin, fit
 from reflet.pem.pem import Layer
-from reflet.pipelines.bake import LOD_BIAS
 from reflet.report.measures import picture_srgb
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.trace.compose import compose
 from reflet.trace.layers import Shells
+
+LOD_BIAS = -1.5  # of lookups, for maps of single viewpoints
 
 
 def main(out: Path) -> None:

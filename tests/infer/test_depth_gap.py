@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reflet.envmap.parameterizations.cube import texel_directions
-from reflet.infer.depth_gap import _pairs, depth_gaps
+from reflet.infer.depth_gap import _pairs, _score, depth_gaps
 
 SIZE = 32
 
@@ -93,3 +93,12 @@ def test_pairs_go_over_all_twelve_edges_alike() -> None:
     assert over_edges.sum() == 12 and (counts[over_edges] == 2 * SIZE).all()
     opposite = {(1.0, 2.0), (3.0, 4.0), (5.0, 6.0)}
     assert not opposite & {(float(a), float(b)) for a, b in pairs.T}
+
+
+def test_a_cut_costs_half_of_what_a_jump_gains() -> None:
+    """Of 12 jumps from 1 to 2 metres ten are left; 18 smooth pairs go from 1.3 to 1.5, two lie beyond."""
+    near, far = np.array([1.0] * 12 + [1.3] * 18 + [1.6] * 2), np.array([2.0] * 12 + [1.5] * 18 + [1.7] * 2)
+    jumps = np.arange(32) < 12
+    left = jumps & (np.arange(32) < 10)
+    assert _score(near, far, left, jumps, 1.4) == pytest.approx((10 - 0.5 * 18) / 12)
+    assert _score(near, far, left, jumps, 1.2) == pytest.approx(10 / 12)

@@ -16,12 +16,13 @@ from reflet.infer.solve import SolverSettings
 from reflet.pem.container import open_pem
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.pipelines.bake import bake
-from reflet.pipelines.baking import choose_distant, joint_set
+from reflet.pipelines.baking import held_back, joint_set
 from reflet.pipelines.baking.held_back import held_back_views
 from reflet.pipelines.baking.probes import PROBE_SPP
 from reflet.scene.assemble import assemble
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.parameter_space import ParameterSpace
+from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
 
 
@@ -32,8 +33,8 @@ class StoppedError(Exception):
 @pytest.fixture(autouse=True, scope="module")
 def small_work() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"_IMAGE_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
-            patch.setattr(choose_distant, name, value)
+        for name, value in {"_TRIAL_IMAGE_SIZE": 64, "_TRIAL_SPP": 4, "_TRIAL_SAMPLE_COUNT": 4}.items():
+            patch.setattr(held_back, name, value)
         patch.setattr(joint_set, "_SETTINGS", SolverSettings(regularization=0.02, rounds=(3, 2)))
         yield
 
@@ -131,7 +132,7 @@ def test_what_is_solved_is_not_solved_again(
 
     monkeypatch.setattr("reflet.pipelines.baking.joint_set.infer_map", again)
     monkeypatch.setattr("reflet.pipelines.baking.joint_set.layer_rows", again)
-    monkeypatch.setattr("reflet.pipelines.bake.infer_view", again)
+    monkeypatch.setattr("reflet.pipelines.baking.viewpoints.infer_view", again)
     small_bake(beside_a_block(), tmp_path / "pem", orbit(2), distant="relief", shells=2, resume=True)
     assert files(tmp_path / "pem") == files(whole[1])
 
@@ -144,7 +145,7 @@ def test_static_maps_are_a_pem_without_samples(tmp_path: Path) -> None:
     assert [layer.kind for layer in pem.layers] == ["distant"] and isinstance(pem.layers[0].geometry, Box)
     assert pem.lod_bias == -2.5 and "joint" not in pem.statistics
     tracer = Tracer(pem.scene, irradiance=pem.irradiance)
-    probe = tracer.probe(0, choose_distant.Shells(pem.layers[0].geometry.origin), size=16, spp=PROBE_SPP)
+    probe = tracer.probe(0, Shells(pem.layers[0].geometry.origin), size=16, spp=PROBE_SPP)
     # the very probe, in half floats as maps are stored: half a unit in the 11th digit
     np.testing.assert_allclose(pem.base[0].texels, probe.shells[0].texels, rtol=2.0**-11, atol=1e-7)
     assert pem.base_share({"azimuth_deg": 123.0}) == 1.0

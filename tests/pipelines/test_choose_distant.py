@@ -8,27 +8,30 @@ import pytest
 from small_scenes import ball, beside_a_block, in_a_room, orbit, square, under_the_sky
 
 from reflet.errors import RefletError
-from reflet.pipelines.baking import choose_distant as module
+from reflet.pipelines.baking import held_back
 from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, check_choice, choose_distant
+from reflet.pipelines.baking.held_back import trial_views
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
 
 
 @pytest.fixture(autouse=True, scope="module")
 def small_trials() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"_IMAGE_SIZE": 64, "_SPP": 4, "_SAMPLE_COUNT": 4}.items():
-            patch.setattr(module, name, value)
+        for name, value in {"_TRIAL_IMAGE_SIZE": 64, "_TRIAL_SPP": 4, "_TRIAL_SAMPLE_COUNT": 4}.items():
+            patch.setattr(held_back, name, value)
         yield
 
 
 def choice(scene: Scene, distant: str = AUTO, shells: int | None = None, views: int = 1) -> DistantChoice:
     none = np.zeros(scene.triangle_offsets[-1], np.uint32)
     tracer = Tracer(scene, irradiance=IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
-    (chosen,) = choose_distant(tracer, orbit(views, image_size=40), distant, shells)
+    space = orbit(views, image_size=40)
+    (chosen,) = choose_distant(tracer, space, trial_views(tracer, space), distant, shells)
     return chosen
 
 
@@ -67,7 +70,7 @@ def test_what_stands_near_in_a_room_is_a_shell_of_its_own(divided: DistantChoice
 
 def test_what_is_asked_for_is_taken(divided: DistantChoice) -> None:
     scene = beside_a_block()
-    assert choice(scene, "box") == DistantChoice(module.Shells(divided.shells.origin), ("box",))
+    assert choice(scene, "box") == DistantChoice(Shells(divided.shells.origin), ("box",))
     assert choice(scene, "ellipsoid", 1).kinds == ("ellipsoid",)
     one, two, three = (choice(scene, "relief", shells) for shells in (1, 2, 3))
     assert (one.kinds, one.shells.ends, one.trials) == (("relief",), (), ())
@@ -110,7 +113,7 @@ def test_every_object_has_a_choice_of_its_own() -> None:
     scene = assemble([here, moved, screen, *room])
     none = np.zeros(scene.triangle_offsets[-1], np.uint32)
     tracer = Tracer(scene, irradiance=IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
-    choices = choose_distant(tracer, orbit(image_size=24), "relief", 2)
+    choices = choose_distant(tracer, orbit(image_size=24), [], "relief", 2)
     assert [len(each.kinds) for each in choices] == [2] * len(scene.objects)
     assert len({each.shells.origin for each in choices}) == len(scene.objects)
 

@@ -6,19 +6,12 @@ numbers depend on the sample alone, so a bake that was killed and resumed equals
 ``timings.jsonl``, a line for every sample, differs.
 """
 
-import json
-import time
-from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 import psutil
-from jaxtyping import Bool, Float
 
-from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import SHAPES
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import parameterization as parameterization_of
@@ -27,39 +20,30 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
-from reflet.infer.infer_layer import infer_layer
-from reflet.infer.prior import prior_texels
-from reflet.infer.records import Solution
-from reflet.infer.solve import SolverSettings
-from reflet.pem.pem import Layer, shell_number
+from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
+from reflet.pipelines.baking.base_maps import Base, choose_base, joint_base, static_base
 from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, check_choice, choose_distant
 from reflet.pipelines.baking.choose_fade import choose_fade
-from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
+from reflet.pipelines.baking.held_back import trial_views
 from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
 from reflet.pipelines.baking.probes import probe_size, trace_probes
+from reflet.pipelines.baking.viewpoints import infer_viewpoints
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
-from reflet.scene.surfaces.surface import gbuffer_from_visibility
-from reflet.scene.views.camera import Camera
-from reflet.scene.views.framing import check_camera, frame_orbit, object_around
+from reflet.scene.views.framing import check_camera, frame_orbit
 from reflet.scene.views.parameter_space import Axis, ParameterSpace, orbit_space
-from reflet.trace.layers import StaticProbe, TracedView
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 
-# A map that many viewpoints share averages over its texels, and static maps are filtered once already: finer lookups
-# than those of one viewpoint's maps show more of them.
-LOD_BIAS, JOINT_LOD_BIAS, STATIC_LOD_BIAS = -1.5, -2.0, -2.5
+TRACED = "traced"
+LOCALS = (TRACED, *SHAPES)
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
-TIMINGS = "timings.jsonl"
-_HELD = 0.1  # regularization that holds a viewpoint's maps to the base: with less they are worse elsewhere
-Base = Literal["none", "static", "joint"]
 _PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
 
 
@@ -100,8 +84,8 @@ def bake(
     right.
     """
     check_choice(distant, shells)
-    if local not in SHAPES:
-        raise RefletError(f"The local geometry is one of {', '.join(SHAPES)}; {local} is none.")
+    if local not in LOCALS:
+        raise RefletError(f"Local light is traced, or has one of the geometries {', '.join(SHAPES)}; {local} is none.")
     progress("prepare", 0, _PREPARATIONS)
     scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)
@@ -111,17 +95,17 @@ def bake(
         raise RefletError(f"At least one ray a pixel is traced, not {spp}.")
     if joint_spacing_deg is not None and not joint_spacing_deg > 0.0:
         raise RefletError(f"Viewpoints of the joint set are a positive angle apart, not {joint_spacing_deg:g} degrees.")
-    space = space or orbit_space(frame_orbit(scene), views=3, spacing_deg=2.0)
-    base_kind: Base = "joint"
+    traced = local == TRACED
+    space = space or orbit_space(frame_orbit(scene), views=0 if traced else 3, spacing_deg=2.0)
+    wanted: Literal["none", "static", "joint", "best"] = "best" if traced else "joint"
     if static:
-        space, base_kind = ParameterSpace((Axis("azimuth_deg", ()),), space.orbit), "static"
-    elif laid_out.is_view_dependent or (distant in SHAPES and space.sample_count):
-        base_kind = "none"
+        space, wanted = ParameterSpace((Axis("azimuth_deg", ()),), space.orbit), "static"
+    elif laid_out.is_view_dependent or (distant in SHAPES and space.sample_count and not traced):
+        wanted = "none"
     if laid_out.is_view_dependent and not space.sample_count:
         raise RefletError(
             f"A {laid_out.name} serves one viewpoint only; choose another parameterization, or a viewpoint."
         )
-    lod_bias = {"none": LOD_BIAS, "joint": JOINT_LOD_BIAS, "static": STATIC_LOD_BIAS}[base_kind]
     _check_memory(
         max(chain.texel_count, local_chain.texel_count),
         space.orbit.image_size**2 * sample_count,
@@ -138,10 +122,9 @@ def bake(
         "local_size": local_chain.size,
         "spp": spp,
         "sample_count": sample_count,
-        "lod_bias": lod_bias,
         "distant": distant,
         "shells": shells,
-        "base": base_kind,
+        "base": wanted,
         "joint_spacing_deg": joint_spacing_deg,
         "local": local,
         "variant": variant,
@@ -155,59 +138,32 @@ def bake(
     on_hull = hull_triangles(scene)
     progress("prepare", 2, _PREPARATIONS)
     paths = spp * (STATIC_IRRADIANCE_SPP if static else IRRADIANCE_SPP)
-    tracer = _tracer_with_irradiance(scene, variant, paths, writer, progress)
-    choices = choose_distant(tracer, space, distant, shells, progress)
-    divided = [choice.shells for choice in choices]
-    known = [choice.probe for choice in choices]
-    probes = trace_probes(tracer, divided, probe_size(chain), writer, progress, known)
+    tracer = _tracer_with_irradiance(scene, variant, paths, traced, writer, progress)
+    tries = distant not in SHAPES or wanted == "best"
+    views = trial_views(tracer, space) if tries else []
+    choices = choose_distant(tracer, space, views, distant, shells, progress)
+    layouts = [choice.shells for choice in choices]
+    probes = trace_probes(tracer, layouts, probe_size(chain), writer, progress, [choice.probe for choice in choices])
     distant_layers = plan_distant_layers(scene, probes, [choice.kinds for choice in choices], chain)
+
+    work: dict[str, Any] = {"spp": spp, "sample_count": sample_count, "progress": progress}
+    joint: dict[str, Any] = {"joint_spacing_deg": joint_spacing_deg, **work}
+    base = Base("none") if wanted == "none" else static_base(tracer, distant_layers, probes)
+    if wanted == "joint":
+        base = joint_base(tracer, space, distant_layers, base, probes, writer, **joint)
+    elif wanted == "best":
+        base = choose_base(tracer, space, views, distant_layers, base, probes, writer, **joint)
+
     local_layers: tuple[Layer, ...] = ()
-    if space.sample_count:
+    if space.sample_count and not traced:
         local_layers = plan_local_layers(scene, probes, on_hull, local, local_chain)
-        local_layers = fit_local_layers(tracer, space, local_layers, on_hull, writer, lod_bias, progress)
+        local_layers = fit_local_layers(tracer, space, local_layers, on_hull, writer, base.lod_bias, progress)
     layers = distant_layers + local_layers
-    statistics: dict[str, Any] = {"spp": spp, "distant": [_told(choice) for choice in choices]}
-
-    base: list[EnvMap] = []
-    if base_kind != "none":
-        base = [
-            EnvMap(layer.chain, texels, layer.geometry)
-            for layer, texels in zip(distant_layers, static_texels(scene, distant_layers, probes), strict=True)
-        ]
-    if base_kind == "joint":
-        points = joint_points(space, joint_spacing_deg)
-        points = [point for point in points if object_around(scene, space.orbit.camera(point)) is None]
-        began = time.perf_counter()
-        base, solutions = infer_joint_set(
-            tracer, space, points, distant_layers, base, divided, lod_bias, writer,
-            spp=spp, sample_count=sample_count, progress=progress,
-        )  # fmt: skip
-        _log(writer.folder, joint_seconds=time.perf_counter() - began, joint_viewpoints=len(points))
-        statistics["joint"] = {"viewpoints": len(points), "layers": [_statistics(each) for each in solutions]}
-
-    for sample in range(space.sample_count):
-        progress("viewpoints", sample, space.sample_count)
-        if writer.has(sample):
-            continue
-        began = time.perf_counter()
-        view = tracer.view(
-            space.camera(sample), spp=spp, sample_count=sample_count, seed=sample_seed(sample), shells=divided
-        )
-        traced = time.perf_counter()
-        priors = [env_map.texels for env_map in base] or static_texels(scene, layers, probes, view.layers.camera)
-        solutions = infer_view(scene, view, layers, priors, on_hull, lod_bias, regularization=_HELD if base else None)
-        maps = [
-            EnvMap(layer.chain, solution.texels, layer.geometry)
-            for layer, solution in zip(layers, solutions, strict=True)
-        ]
-        inferred = time.perf_counter()
-        writer.write_sample(sample, layers, maps, {"layers": [_statistics(solution) for solution in solutions]})
-        _log(writer.folder, sample=sample, trace_seconds=traced - began, infer_seconds=inferred - traced)
-        del view, solutions, maps
-    progress("viewpoints", space.sample_count, space.sample_count)
+    infer_viewpoints(tracer, space, layers, base, probes, on_hull, writer, **work)
     fade_deg = 0.0
-    if base and space.sample_count:
-        fade_deg = choose_fade(tracer, space, layers, base, lod_bias, writer.folder, progress)
+    if base.maps and space.sample_count:
+        fade_deg = choose_fade(tracer, space, layers, base.maps, base.lod_bias, writer.folder, progress)
+    statistics = {"spp": spp, "distant": [_told(choice) for choice in choices], **base.statistics}
     progress("write", 0, 1)
     writer.finish(
         scene=scene,
@@ -215,10 +171,10 @@ def bake(
         space=space,
         layers=layers,
         on_hull=on_hull,
-        lod_bias=lod_bias,
+        lod_bias=base.lod_bias,
         sample_count=sample_count,
         statistics=statistics,
-        base=base,
+        base=base.maps,
         fade_deg=fade_deg,
     )
     progress("write", 1, 1)
@@ -228,66 +184,6 @@ def bake(
 def default_size(parameterization: Parameterization) -> int:
     """Rows, a power of two, of a map that holds about as many texels as a cube of 256."""
     return equal_sampling_size(parameterization, 256**2 * valid_texels(CUBE), power_of_two=True)
-
-
-def sample_seed(sample: int) -> int:
-    """The random seed of one sample's rays: its own, whatever was traced before it."""
-    return sample + 1
-
-
-def static_texels(
-    scene: Scene, layers: Sequence[Layer], probes: Sequence[StaticProbe], camera: Camera | None = None
-) -> list[Float[np.ndarray, "texels _"]]:
-    """The static map of every distant layer, laid out as its maps are; view-dependent ones as at ``camera``."""
-    texels = []
-    for number, layer in enumerate(layers):
-        if layer.kind == "distant":
-            probe = probes[scene.object_of_part[layer.parts[0]]]
-            shell = probe.shells[shell_number(layers, number)].texels
-            frame = np.eye(3) if camera is None else layer.map_from_world(camera)
-            texels.append(prior_texels(probe.chain, shell, layer.chain, frame))
-    return texels
-
-
-def infer_view(
-    scene: Scene,
-    view: TracedView,
-    layers: Sequence[Layer],
-    priors: Sequence[Float[np.ndarray, "texels _"]],
-    on_hull: Bool[np.ndarray, "triangles"],
-    lod_bias: float = LOD_BIAS,
-    *,
-    regularization: float | None = None,
-    single_layer: bool = False,
-) -> list[Solution]:
-    """The maps of all layers at one traced view.
-
-    ``priors`` are those of the distant layers, in their order, to which ``regularization`` holds them (by default as
-    `infer_layer` does). In a PEM of a ``single_layer`` the distant maps show the local reflections too.
-    """
-    gbuffer = gbuffer_from_visibility(scene, view.visibility)
-    prior = iter(priors)
-    solutions = []
-    for number, layer in enumerate(layers):
-        distant = layer.kind == "distant"
-        solutions.append(
-            infer_layer(
-                "combined" if single_layer else layer.kind,
-                gbuffer,
-                view.layers,
-                layer.parts,
-                layer.geometry,
-                layer.chain,
-                lod_bias,
-                shell=shell_number(layers, number),
-                channels=layer.channels,
-                prior=next(prior) if distant else None,
-                on_hull=on_hull,
-                map_from_world=layer.map_from_world(view.layers.camera),
-                settings=SolverSettings(regularization) if distant and regularization is not None else None,
-            )
-        )
-    return solutions
 
 
 def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
@@ -305,12 +201,12 @@ def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
 
 
 def _tracer_with_irradiance(
-    scene: Scene, variant: str, paths: int, writer: PemWriter, progress: ProgressCallback
+    scene: Scene, variant: str, paths: int, through_all: bool, writer: PemWriter, progress: ProgressCallback
 ) -> Tracer:
     """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
     state = writer.load_state("irradiance")
     if state is not None:
-        tracer = Tracer(scene, variant=variant, irradiance=IrradianceMap(**state))
+        tracer = Tracer(scene, variant=variant, through_all=through_all, irradiance=IrradianceMap(**state))
         progress("prepare", _PREPARATIONS, _PREPARATIONS)
         return tracer
 
@@ -319,7 +215,7 @@ def _tracer_with_irradiance(
             progress("prepare", _PREPARATIONS, _PREPARATIONS)
         progress("diffuse light", done, total)
 
-    tracer = Tracer(scene, variant=variant, irradiance_spp=paths, progress=report)
+    tracer = Tracer(scene, variant=variant, through_all=through_all, irradiance_spp=paths, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
 
@@ -328,18 +224,3 @@ def _told(choice: DistantChoice) -> dict[str, Any]:
     """A choice with its trials, as statistics say it."""
     trials = [asdict(trial) for trial in choice.trials]
     return {"kinds": list(choice.kinds), "ends": list(choice.shells.ends), "trials": trials}
-
-
-def _statistics(solution: Solution) -> dict[str, Any]:
-    """A solution without its texels."""
-    return {
-        "iterations": solution.iterations,
-        "relative_residual": solution.relative_residual,
-        "seen_share": solution.seen_share,
-    }
-
-
-def _log(folder: Path, **entry: float) -> None:
-    """Appends a line to the bake's timings, which play no part in its result."""
-    with suppress(OSError), (folder / TIMINGS).open("a") as file:
-        file.write(json.dumps(entry) + "\n")

@@ -18,9 +18,10 @@ from reflet.envmap.env_map import EnvMap
 from reflet.files.pictures.exr import write_exr
 from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.pipelines.bake import LOD_BIAS, STATIC_LOD_BIAS, infer_view, sample_seed, static_texels
+from reflet.pipelines.baking.base_maps import LOD_BIASES
 from reflet.pipelines.baking.plan_layers import plan_distant_layers
-from reflet.pipelines.baking.probes import probe_size, shells_of, trace_probes
+from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, probe_size, shells_of, static_texels, trace_probes
+from reflet.pipelines.baking.viewpoints import infer_view, sample_seed
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
 from reflet.render.playback.renderer import Renderer
@@ -284,11 +285,11 @@ def _rivals(
         view = tracer.view(space.camera(sample), spp=spp, sample_count=pem.sample_count, seed=sample_seed(sample))
         for short, plan in plans.items():
             priors = static_texels(pem.scene, plan, probes, view.layers.camera)
-            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, LOD_BIAS, single_layer=True)
+            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, single_layer=True)
             maps[short].append(_env_maps(plan, [solution.texels for solution in solutions]))
         del view
     progress("rivals", len(samples), len(samples))
-    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIAS)
+    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIASES["none"])
     for short, plan in plans.items():
         yield f"single-{short}", replace(papers, layers=plan, maps=maps.pop(short))
     for short in ("infinite", "box"):

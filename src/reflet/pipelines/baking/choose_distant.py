@@ -19,10 +19,9 @@ from reflet.infer.fit_geometry import em_origin
 from reflet.infer.fit_shells import fit_shells
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import MOST_SHELLS
-from reflet.pipelines.baking.held_back import HeldBackView, held_back_views
-from reflet.pipelines.baking.probes import PROBE_SPP
+from reflet.pipelines.baking.held_back import HeldBackView, display_psnr, trial_size
+from reflet.pipelines.baking.probes import PROBE_SPP, STATIC_LOD_BIAS
 from reflet.progress import ProgressCallback, silent
-from reflet.report.measures import SquaredError
 from reflet.scene.bounds import object_positions
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.layers import Shells, StaticProbe
@@ -30,17 +29,12 @@ from reflet.trace.tracer import Tracer
 
 AUTO, RELIEF = "auto", Relief.kind
 _GAIN = 0.3  # dB that a candidate must gain over cheaper ones
-_IMAGE_SIZE, _SPP, _SAMPLE_COUNT = 256, 16, 16  # of the trials' pictures
-_LOD_BIAS = -2.5
-_PERFECT = 99.0  # dB, where nothing differs
-_PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
-_SEED = 400_000
 
 
 @dataclass(frozen=True)
 class Trial:
     """One candidate: the kinds of its shells' geometries, nearest first, what a lookup costs in fetches, and the
-    display PSNR of its static map, in dB over all trial pictures, at most `_PERFECT`."""
+    display PSNR of its static map, in dB over all trial pictures (`display_psnr`)."""
 
     kinds: tuple[str, ...]
     fetches: int
@@ -63,11 +57,12 @@ class DistantChoice:
 def choose_distant(
     tracer: Tracer,
     space: ParameterSpace,
+    views: Sequence[HeldBackView],
     distant: str,
     shell_count: int | None,
     progress: ProgressCallback = silent,
 ) -> list[DistantChoice]:
-    """The choice for every object.
+    """The choice for every object, by the `trial_views` of a space.
 
     ``distant`` is "auto", or the kind of geometry to take; "auto" and "relief" leave the number of shells open unless
     ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells. All is
@@ -77,17 +72,7 @@ def choose_distant(
     origins = [em_origin(tracer.scene, item.parts) for item in tracer.scene.objects]
     if distant in SHAPES:
         return [DistantChoice(Shells(origin), (distant,)) for origin in origins]
-    image_size = min(space.orbit.image_size, _IMAGE_SIZE)
-    map_size = 1 << (image_size - 1).bit_length()  # as many rows as the picture, or a few more
-    views = held_back_views(
-        tracer,
-        space,
-        _PLACES,
-        image_size=image_size,
-        spp=_SPP,
-        sample_count=_SAMPLE_COUNT,
-        seed=_SEED,
-    )
+    map_size = 1 << (trial_size(space) - 1).bit_length()  # as many rows as the picture, or a few more
     choices = []
     for number, origin in enumerate(origins):
         progress("choose shells", number, count)
@@ -95,7 +80,7 @@ def choose_distant(
         reach = float(np.linalg.norm(object_positions(tracer.scene, number) - origin, axis=1).max())
         gaps = depth_gaps(distance, reach, (MOST_SHELLS if shell_count is None else shell_count) - 1)
         fewest = 0 if shell_count is None else len(gaps)
-        layouts = [Shells(origin, tuple(sorted(gaps[:count]))) for count in range(fewest, len(gaps) + 1)]
+        layouts = [Shells(origin, tuple(sorted(gaps[:used]))) for used in range(fewest, len(gaps) + 1)]
         choices.append(_best(tracer, number, layouts, distant, views, map_size))
     progress("choose shells", count, count)
     return choices
@@ -160,10 +145,8 @@ def _fetches(geometry: Geometry) -> int:
 def _score(
     probe: StaticProbe, geometries: Sequence[Geometry], parts: Sequence[int], views: Sequence[HeldBackView]
 ) -> float:
-    """Display PSNR in dB of an object over all views, finite; 0 where none shows it."""
+    """Display PSNR in dB of an object over all views."""
     shells = [
         EnvMap(probe.chain, shell.texels, geometry) for shell, geometry in zip(probe.shells, geometries, strict=True)
     ]
-    errors = (view.error(parts, shown_rows(view.gbuffer, shells, _LOD_BIAS)) for view in views)
-    error = sum(errors, SquaredError())
-    return min(error.psnr, _PERFECT) if error.values else 0.0
+    return display_psnr(view.error(parts, shown_rows(view.gbuffer, shells, STATIC_LOD_BIAS)) for view in views)

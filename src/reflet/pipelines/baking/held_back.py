@@ -15,7 +15,11 @@ from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.layers import SegmentedLayers
 from reflet.trace.tracer import Tracer
 
+PERFECT = 99.0  # dB, where nothing differs
 STEEPEST_DEG = 85.0  # elevation: beyond it azimuth means little
+_TRIAL_PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
+_TRIAL_IMAGE_SIZE, _TRIAL_SPP, _TRIAL_SAMPLE_COUNT = 256, 16, 16
+_TRIAL_SEED = 400_000
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,30 @@ class HeldBackView:
         pictures = [traced.diffuse[at] + light for light in (traced.combined[at], traced.fresnel[at] * seen)]
         difference = np.subtract(*(tone_map(picture) for picture in pictures))
         return SquaredError(float((difference**2).sum()), difference.size)
+
+
+def trial_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
+    """Small pictures all around the sampled viewpoints, by which what serves them all is chosen."""
+    return held_back_views(
+        tracer,
+        space,
+        _TRIAL_PLACES,
+        image_size=trial_size(space),
+        spp=_TRIAL_SPP,
+        sample_count=_TRIAL_SAMPLE_COUNT,
+        seed=_TRIAL_SEED,
+    )
+
+
+def trial_size(space: ParameterSpace) -> int:
+    """Pixels along an edge of the trials' pictures."""
+    return min(space.orbit.image_size, _TRIAL_IMAGE_SIZE)
+
+
+def display_psnr(shown: Iterable[SquaredError]) -> float:
+    """Display PSNR in dB of all that is shown together, at most `PERFECT`; 0 where that is nothing."""
+    error = sum(shown, SquaredError())
+    return min(error.psnr, PERFECT) if error.values else 0.0
 
 
 def held_back_views(

@@ -1,21 +1,25 @@
-"""The static env maps of a scene's objects, kept in the state of an unfinished bake."""
+"""The static env maps of a scene's objects, kept in the state of an unfinished bake, and as layers show them."""
 
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.sampling import valid_texels
 from reflet.infer.fit_geometry import em_origin
-from reflet.pem.pem import Layer
+from reflet.infer.prior import prior_texels
+from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.scene import Scene
+from reflet.scene.views.camera import Camera
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
 from reflet.trace.tracer import Tracer
 
 PROBE_SPP = 16  # more show nothing: pictures average many texels
+STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: finer lookups show more of them
 
 
 def probe_size(chain: MipChain) -> int:
@@ -54,6 +58,20 @@ def trace_probes(
         probes.append(probe)
     progress("static maps", len(shells), len(shells))
     return probes
+
+
+def static_texels(
+    scene: Scene, layers: Sequence[Layer], probes: Sequence[StaticProbe], camera: Camera | None = None
+) -> list[Float[np.ndarray, "texels _"]]:
+    """The static map of every distant layer, laid out as its maps are; view-dependent ones as at ``camera``."""
+    texels = []
+    for number, layer in enumerate(layers):
+        if layer.kind == "distant":
+            probe = probes[scene.object_of_part[layer.parts[0]]]
+            shell = probe.shells[shell_number(layers, number)].texels
+            frame = np.eye(3) if camera is None else layer.map_from_world(camera)
+            texels.append(prior_texels(probe.chain, shell, layer.chain, frame))
+    return texels
 
 
 def shells_of(scene: Scene, layers: Sequence[Layer]) -> list[Shells]:
