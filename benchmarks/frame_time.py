@@ -10,6 +10,9 @@ the same triangles in the same passes into the same textures.
 Then the distant light alone, from one set of maps for all viewpoints: two shells with reliefs (of a PEM that has
 shells, its own) and one relief against *one box*, by all three ways to draw.
 
+Last, samples where they count: 16 and 64 where those disagree, and 64 everywhere, against *16* everywhere; then 4 and
+16 where those disagree, and 16 everywhere, against *4*; each with the share of the object's pixels that take more.
+
 Frames alternate and medians count, so that a busy machine changes the ratios little. Prints milliseconds a frame, by
 the clock and of processor time, and the ratios.
 """
@@ -42,6 +45,7 @@ from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION
 from reflet.shaders.link import link_text
 
 ROUNDS = 9
@@ -205,6 +209,15 @@ def main() -> None:
         ("4 samples a pixel in one pass, fast", {"samples": 4, "exact": False, "multisampled": True}),
     ):
         measure(title, {name: partial(renderer.frame, camera, **way) for name, renderer in renderers.items()})
+    for samples in (AT_REST, IN_MOTION):
+        frames = {
+            f"adaptive, {samples}": partial(layered.frame, camera, samples=samples),
+            f"{samples.most}": partial(layered.frame, camera, samples=samples.most),
+            f"{samples.first}": partial(layered.frame, camera, samples=samples.first),
+        }
+        covered = layered.frame(camera, samples=samples, what="object")[..., 3] > 0.5
+        share = (layered.samples_taken()[covered] == samples.most).mean()
+        measure(f"samples where they count: {100 * share:.1f} % of the object's pixels take {samples.most}", frames)
 
 
 if __name__ == "__main__":

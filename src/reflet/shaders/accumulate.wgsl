@@ -18,8 +18,9 @@ struct Criterion {
   count: u32,    // pictures added when it is decided
 }
 
-// The range of display values, or of coverage, above which samples disagree. Against 64 samples everywhere it costs less than
-// 0.1 dB on a mirror of 38 dB, and one pixel in eight takes 64; only 4 would see it from afar without the neighbours' word.
+// The range of display values, or of coverage, above which samples disagree. Of a mirror's true light at these samples 64
+// everywhere show 38.6 to 41.2 dB, 16 everywhere 32 to 35; this loses at most 0.2, for 64 in one of the object's pixels in five.
+// By its own samples alone a pixel would lose 3 dB at the same cost: what is thin lies between few samples.
 const DISAGREEMENT = 0.35;
 
 @group(0) @binding(0) var addend: texture_2d<f32>;
@@ -55,12 +56,7 @@ fn accumulate_spread(@builtin(global_invocation_id) id: vec3u) {
   spread[k] = vec2u(larger(spread[k].x, shown), larger(spread[k].y, 1.0 - shown));
 }
 
-fn disagree(x: u32, y: u32) -> bool {
-  let both = spread[y * criterion.width + x];
-  return any(unpack4x8unorm(both.x) + unpack4x8unorm(both.y) > vec4f(1.0 + DISAGREEMENT));
-}
-
-// A pixel takes more if its samples disagree, or those of a pixel beside it: what is thin may lie between few samples.
+// A pixel takes more if its samples disagree among themselves and with those of the four pixels beside it.
 @compute @workgroup_size(8, 8)
 fn decide(@builtin(global_invocation_id) id: vec3u) {
   let width = criterion.width;
@@ -68,7 +64,17 @@ fn decide(@builtin(global_invocation_id) id: vec3u) {
   if (id.x >= width || id.y >= height) {
     return;
   }
-  let more = disagree(id.x, id.y) || disagree(max(id.x, 1u) - 1u, id.y) || disagree(min(id.x + 1u, width - 1u), id.y)
-    || disagree(id.x, max(id.y, 1u) - 1u) || disagree(id.x, min(id.y + 1u, height - 1u));
-  enough[id.y * width + id.x] = select(criterion.count, 0u, more);
+  let k = id.y * width + id.x;
+  var beside = array(
+    k, select(k, k - 1u, id.x > 0u), select(k, k + 1u, id.x + 1u < width),
+    select(k, k - width, id.y > 0u), select(k, k + width, id.y + 1u < height));
+  var most = vec4f(0.0);
+  var most_below_1 = vec4f(0.0);
+  for (var j = 0u; j < 5u; j++) {
+    let both = spread[beside[j]];
+    most = max(most, unpack4x8unorm(both.x));
+    most_below_1 = max(most_below_1, unpack4x8unorm(both.y));
+  }
+  let more = any(most + most_below_1 > vec4f(1.0 + DISAGREEMENT));
+  enough[k] = select(criterion.count, 0u, more);
 }
