@@ -16,6 +16,7 @@ from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
+from reflet.scene.bvh.build import build_bvh
 
 EXTENSION = "REFLET_parameterized_environment_map"
 
@@ -49,6 +50,22 @@ def test_everything_comes_back(tmp_path, with_environment):
     back = open_pem(tmp_path / "pem")
     for name in ("scene", "irradiance", "space", "layers", "on_hull", "lod_bias", "sample_count", "statistics"):
         assert same(getattr(pem, name), getattr(back, name)), name
+
+
+def test_the_tree_comes_back(tmp_path, pem):
+    """Given or built when it is written; without hits there is none."""
+    bvh = build_bvh(pem.scene, pem.on_hull)
+    save_pem(tmp_path / "given", replace(pem, most_hits=5, bvh=bvh))
+    save_pem(tmp_path / "built", replace(pem, most_hits=5))
+    for name in ("given", "built"):
+        back = open_pem(tmp_path / name)
+        assert back.most_hits == 5
+        assert same(back.bvh, bvh)
+    save_pem(tmp_path / "none", replace(pem, bvh=bvh))
+    assert open_pem(tmp_path / "none").bvh is None
+    assert not (tmp_path / "none" / "bvh.bin").exists()
+    of_a_triangle = (tmp_path / "given" / "bvh.bin").stat().st_size / len(bvh.order)
+    assert of_a_triangle <= 14  # 4 for its number, 8 for directions, 1 or 2 for nodes
 
 
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)
@@ -237,6 +254,53 @@ def test_damage_is_one_sentence(folder, damage, said):
     damage(folder)
     with pytest.raises(RefletError, match=said):
         open_pem(folder)
+
+
+def _word(name, number, value):
+    """Damage: one number of an array of the tree becomes another."""
+
+    def damage(folder):
+        document = json.loads((folder / "scene.gltf").read_text())
+        array = document["extensions"][EXTENSION]["traced"][name]
+        data = bytearray((folder / "bvh.bin").read_bytes())
+        size = {5121: 1, 5125: 4}[array["componentType"]]
+        at = array["byteOffset"] + size * (number % array["shape"][0])
+        data[at : at + size] = value.to_bytes(size, "little")
+        (folder / "bvh.bin").write_bytes(data)
+
+    return damage
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda f: (f / "bvh.bin").unlink(), "does not exist"),
+        (lambda f: (f / "bvh.bin").write_bytes((f / "bvh.bin").read_bytes()[:-4]), "truncated or damaged"),
+        (_word("order", 0, 2**31), "damaged .*other triangles"),
+        (_word("leafCounts", 0, 3), "damaged .*no tree"),  # the root a leaf, and more nodes behind it
+        (_word("leafCounts", -1, 0), "damaged .*no tree"),
+        (lambda f: _traced(f, mostHits=0), "damaged .*1 to 64 hits"),
+        (lambda f: _traced(f, mostHits=2.5), "damaged .*1 to 64 hits"),
+        (lambda f: _traced(f, mostHits=True), "damaged .*1 to 64 hits"),
+        (lambda f: _traced(f, order={}), "damaged"),
+        (lambda f: _array(f, "leafCounts", shape=[3]), "damaged .*no tree"),
+        (lambda f: _array(f, "directions", shape=[3, 2]), "damaged .*other triangles"),
+        (lambda f: _array(f, "order", componentType=5126), "damaged .*other types"),
+    ],
+)
+def test_a_damaged_tree_is_one_sentence(tmp_path, pem, damage, said):
+    save_pem(tmp_path, replace(pem, most_hits=3))
+    damage(tmp_path)
+    with pytest.raises(RefletError, match=said):
+        open_pem(tmp_path)
+
+
+def _traced(folder, **members):
+    _edit(folder, lambda d: d["extensions"][EXTENSION]["traced"].update(members))
+
+
+def _array(folder, name, **members):
+    _edit(folder, lambda d: d["extensions"][EXTENSION]["traced"][name].update(members))
 
 
 def test_a_missing_map_is_one_sentence_when_it_is_asked_for(folder):

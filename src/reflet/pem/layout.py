@@ -8,6 +8,7 @@ VERSION = 2
 SCENE = "scene.gltf"  # written last: a folder without it is an unfinished bake
 SCENE_BUFFER = "scene.bin"
 SURFACE_BUFFER = "surface.bin"  # irradiance and hull flags
+BVH_BUFFER = "bvh.bin"  # the tree that mirrored rays are traced by
 ENVIRONMENT_BUFFER = "environment.bin"
 PARAMETERS = "bake.json"
 STATE = "work"  # intermediate results of an unfinished bake

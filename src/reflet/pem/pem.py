@@ -14,12 +14,14 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.relief import Relief
+from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import ParameterSpace
 
 MOST_SHELLS = 3  # of one object
+MOST_HITS = 64  # of a mirrored ray
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,10 @@ class ParameterizedEnvironmentMap:
     playback fades to it, fully at ``fade_deg`` of displacement (`ParameterSpace.displacement_deg`). ``on_hull`` flags
     the scene's triangles whose fronts lie on their object's convex hull: they look up the distant layers only. The maps
     were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted by ``lod_bias``, and are to be shown so.
+
+    Mirrored rays may meet the meshes of reflective parts up to ``most_hits`` times and are mirrored on there; where it
+    is 0 local light is that of local layers, if there are any. ``bvh`` is the tree that they are traced by; without it
+    playback builds one.
     """
 
     scene: Scene
@@ -94,6 +100,13 @@ class ParameterizedEnvironmentMap:
     statistics: dict[str, Any] = field(default_factory=dict)
     base: tuple[EnvMap, ...] = ()
     fade_deg: float = 0.0
+    most_hits: int = 0
+    bvh: Bvh | None = None
+
+    def lod_bias_at(self, samples: int) -> float:
+        """What the LOD is shifted by in a picture of ``samples`` a pixel: where rays are traced, more of them see finer
+        levels."""
+        return self.lod_bias - (0.5 * float(np.log2(samples / self.sample_count)) if self.most_hits else 0.0)
 
     @property
     def distant_layers(self) -> list[int]:

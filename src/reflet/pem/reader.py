@@ -17,7 +17,8 @@ from reflet.pem import layout
 from reflet.pem.arrays import read_array
 from reflet.pem.geometry_json import geometry_from_json
 from reflet.pem.gltf_scene import read_parts
-from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
+from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
+from reflet.scene.bvh.nodes import checked_bvh
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -130,7 +131,20 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
             for layer, uri in zip(_distant(layers) if extension["base"] else (), extension["base"], strict=True)
         ),
         fade_deg=extension["fadeDeg"],
+        **_read_traced(folder, extension.get("traced"), scene),
     )
+
+
+def _read_traced(folder: Path, description: dict[str, Any] | None, scene: Scene) -> dict[str, Any]:
+    """How often rays may hit and the tree for it; nothing where they are not traced."""
+    if description is None:
+        return {}
+    most_hits = description["mostHits"]
+    if type(most_hits) is not int or not 1 <= most_hits <= MOST_HITS:
+        raise ValueError(f"rays may have 1 to {MOST_HITS} hits, not {most_hits!r}")
+    names = {"order": "order", "leaf_counts": "leafCounts", "directions": "directions"}
+    arrays = {name: read_array(folder, description[key]) for name, key in names.items()}
+    return {"most_hits": most_hits, "bvh": checked_bvh(scene, **arrays)}
 
 
 def _check_shells(layers: Sequence[Layer]) -> None:

@@ -19,6 +19,8 @@ from reflet.pem.arrays import BufferWriter
 from reflet.pem.geometry_json import geometry_to_json
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.scene.bvh.build import build_bvh
+from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import ParameterSpace
@@ -121,11 +123,13 @@ class PemWriter:
         statistics: Mapping[str, Any] | None = None,
         base: Sequence[EnvMap] = (),
         fade_deg: float = 0.0,
+        most_hits: int = 0,
+        bvh: Bvh | None = None,
     ) -> None:
         """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
 
-        The samples' own statistics are gathered under ``statistics["samples"]``. Raises RefletError where maps of a
-        sample are missing.
+        Where rays may have hits, the tree is built if it is not given. The samples' own statistics are gathered under
+        ``statistics["samples"]``. Raises RefletError where maps of a sample are missing.
         """
         missing = [sample for sample in range(space.sample_count) if not self.has(sample)]
         if missing:
@@ -186,6 +190,16 @@ class PemWriter:
             },
         }
         surface.write(self.folder)
+        if most_hits:
+            bvh = bvh or build_bvh(scene, on_hull)
+            tree = BufferWriter(layout.BVH_BUFFER)
+            extension["traced"] = {
+                "mostHits": most_hits,
+                "order": tree.add(bvh.order),
+                "leafCounts": tree.add(bvh.leaf_counts),
+                "directions": tree.add(bvh.directions),
+            }
+            tree.write(self.folder)
         if scene.environment is not None:
             environment = BufferWriter(layout.ENVIRONMENT_BUFFER)
             extension["environment"] = environment.add(scene.environment.radiance)
@@ -214,6 +228,8 @@ def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap) -> None:
         statistics={name: value for name, value in pem.statistics.items() if name != "samples"},
         base=pem.base,
         fade_deg=pem.fade_deg,
+        most_hits=pem.most_hits,
+        bvh=pem.bvh,
     )
 
 

@@ -4,17 +4,8 @@
 // The exact path: the surface at any pixel position of a triangle's plane, from the triangle's own vertices. Nothing is
 // interpolated by the rasterizer, so that all drivers agree.
 
-const FARTHEST_BARYCENTRIC = 20.0;  // neighbours on a plane seen edge-on are cut off here
-
 fn barycentrics(area: vec3f) -> vec2f {
   return clamp(area.yz / (area.x + area.y + area.z), vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC));
-}
-
-// A vertex value (0: position and u, 1: normal and v, 2: tangent) at barycentric coordinates b.
-fn vertex_value(t: Raster, which: u32, b: vec2f) -> vec4f {
-  let corners = 3u * triangles[t.identity.x] + which;
-  let first = vertices[corners.x];
-  return first + b.x * (vertices[corners.y] - first) + b.y * (vertices[corners.z] - first);
 }
 
 fn point_at(t: Raster, at: vec2f, b: vec2f) -> Point {
@@ -23,8 +14,8 @@ fn point_at(t: Raster, at: vec2f, b: vec2f) -> Point {
   var tangent = vec4f(0.0);
   var uv = vec2f(0.0);
   if (part_is(PART_TEXTURES)) {
-    uv = vec2f(vertex_value(t, 0u, b).w, vertex_value(t, 1u, b).w);
-    tangent = vec4f(vertex_value(t, 2u, b).xyz, vertices[3u * triangles[t.identity.x].x + 2u].w);
+    uv = vec2f(vertex_value(t.identity.x, 0u, b).w, vertex_value(t.identity.x, 1u, b).w);
+    tangent = vec4f(vertex_value(t.identity.x, 2u, b).xyz, vertices[3u * triangles[t.identity.x].x + 2u].w);
   }
   return Point(normalize(view_ray(at)), p, normal, tangent, uv);
 }

@@ -8,6 +8,7 @@
 //   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each
 //   5        texture_2d<f32> rgba16float      fragment           the HDR environment, lat-long, with mip levels (1x1 if none)
 //   6        filtering sampler                fragment           linear in all three; repeats in u, clamps in v
+//   7 to 10  what mirrored rays meet            fragment           see bvh.wgsl and traced.wgsl
 //
 // Tangents have glTF's handedness in w. Frame's bytes (offset: member):
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width

@@ -16,6 +16,11 @@ fn map_lod(kind: u32, d: vec3f, dx: vec3f, dy: vec3f, size: f32, lod_bias: f32, 
   return clamp(0.5 * log2(max(rho_squared, 1e-12)) + lod_bias, 0.0, max_lod);
 }
 
+// The same by the nearer of the two neighbours.
+fn map_lod_nearer(kind: u32, d: vec3f, dx: vec3f, dy: vec3f, size: f32, lod_bias: f32, max_lod: f32) -> f32 {
+  return min(map_lod(kind, d, dx, dx, size, lod_bias, max_lod), map_lod(kind, d, dy, dy, size, lod_bias, max_lod));
+}
+
 // Trilinear lookup in direction d of any length; a map's faces are array layers from first_layer on. `lod` lies in
 // [0, levels - 1].
 fn sample_map(kind: u32, maps: texture_2d_array<f32>, first_layer: i32, d: vec3f, lod: f32) -> vec4f {

@@ -53,6 +53,7 @@ const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
 const PART_NORMAL_CLAMPS = 512u;
 const PART_METAL = 1024u;         // metallic throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
+const PART_EMISSION_CLAMPS = 4096u;
 const PART_TEXTURES = 120u;       // any of the four
 
 // Pipelines may be built for one setting of a part's bits, for its number of shells and for the kinds of its geometries and

@@ -14,6 +14,7 @@ struct Mirrors {
   r1: vec3f,
   p2: vec3f,
   r2: vec3f,
+  bounced: bool,  // they come from a surface that is itself seen in a mirror
 }
 
 struct Lookup {
@@ -40,6 +41,15 @@ fn distant_parameterization() -> u32 {
 
 fn local_parameterization() -> u32 {
   return select(LOCAL_PARAMETERIZATION, part.local.parameterization, LOCAL_PARAMETERIZATION == 0xffffffffu);
+}
+
+// Of a lookup in direction d. Seen directly, the farther neighbour decides. After a bounce it is the nearer one: planes that
+// neighbours meet edge-on send the other one anywhere.
+fn lookup_in(layer: Layer, parameterization: u32, m: Mirrors, d: vec3f, dx: vec3f, dy: vec3f) -> Lookup {
+  if (m.bounced) {
+    return Lookup(d, map_lod_nearer(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
+  }
+  return Lookup(d, map_lod(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
 // Where each shell that is shown is looked up. Written out, as are those below: loops of other than constant length leak
@@ -74,7 +84,7 @@ fn relief_lookup(shell: u32, m: Mirrors) -> Lookup {
   let d = m.r0 + w * (m.p0 - origin);
   let dx = m.r1 + w * (m.p1 - origin);
   let dy = m.r2 + w * (m.p2 - origin);
-  return Lookup(d, map_lod(distant_parameterization(), d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
+  return lookup_in(layer, distant_parameterization(), m, d, dx, dy);
 }
 
 fn local_lookup(m: Mirrors) -> Lookup {
@@ -87,7 +97,7 @@ fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) 
   let d = lookup_direction(geometry, layer.geometry, m.p0, m.r0);
   let dx = lookup_direction(geometry, layer.geometry, m.p1, m.r1);
   let dy = lookup_direction(geometry, layer.geometry, m.p2, m.r2);
-  return Lookup(d, map_lod(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
+  return lookup_in(layer, parameterization, m, d, dx, dy);
 }
 
 // What blended sample k, or the base, shows: the shells, each over the next.

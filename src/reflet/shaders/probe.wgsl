@@ -1,4 +1,5 @@
 #import exact
+#import layered
 #import shade
 
 // Programs that look into the picture's workings, one sub-sample a pixel: raw lookups, and visible triangles.

@@ -2,19 +2,14 @@
 #import pem
 #import irradiance
 
-// What one sub-sample shows.
+// What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects.
 
 // The mirrored rays of a sub-sample whose shading normal is n.
 fn mirrors_of(s: Sample, n: vec3f) -> Mirrors {
   return Mirrors(
     s.here.p, mirrored(s.here.ray, n, s.ng),
     s.right.p, mirrored(s.right.ray, shading_normal(s.right, s.ng), s.ng),
-    s.down.p, mirrored(s.down.ray, shading_normal(s.down, s.ng), s.ng));
-}
-
-// Triangles on the object's convex hull cannot reflect the object.
-fn may_see_itself(s: Sample) -> bool {
-  return part_is(PART_HAS_LOCAL) && (part_is(PART_OFF_HULL) || (s.bits & TRIANGLE_ON_HULL) == 0u);
+    s.down.p, mirrored(s.down.ray, shading_normal(s.down, s.ng), s.ng), false);
 }
 
 // LOD of a picture texture of the given size, from the same neighbours as that of env maps.
@@ -54,8 +49,7 @@ fn reflective(s: Sample) -> vec3f {
     metallic *= bilinear(metallic_roughness_texture, s.here.uv, part_is(PART_METALLIC_ROUGHNESS_CLAMPS)).b;
   }
   let n = shading_normal(s.here, s.ng);
-  let incident = incident_radiance(mirrors_of(s, n), switched_on(SHOW_LOCAL) && may_see_itself(s));
-  var shown = incident;
+  var shown = radiance_met(s, mirrors_of(s, n));
   if (switched_on(SHOW_FRESNEL)) {
     let f0 = base_color * metallic + 0.04 * (1.0 - metallic);
     shown *= fresnel_schlick(f0, dot(-s.here.ray, n));

@@ -5,6 +5,7 @@
 // that follows is the same for both.
 
 const NEIGHBOUR_STEP = 0.25;  // pixels from a sub-sample to the neighbours that its LOD follows from
+const FARTHEST_BARYCENTRIC = 20.0;  // neighbours on a plane seen edge-on are cut off here
 
 // The point of a triangle's plane under one pixel position.
 struct Point {
@@ -33,14 +34,27 @@ fn unit(v: vec3f, ng: vec3f) -> vec3f {
   return select(ng, v * inverseSqrt(max(squared, 1e-30)), squared > 1e-24);
 }
 
+// A vertex value (0: position and u, 1: normal and v, 2: tangent) of a triangle at barycentric coordinates b.
+fn vertex_value(triangle: u32, which: u32, b: vec2f) -> vec4f {
+  let corners = 3u * triangles[triangle] + which;
+  let first = vertices[corners.x];
+  return first + b.x * (vertices[corners.y] - first) + b.y * (vertices[corners.z] - first);
+}
+
+// A unit normal bent by a texel of a normal map.
+fn normal_mapped(n: vec3f, tangent: vec4f, texel: vec3f, scale: f32, ng: vec3f) -> vec3f {
+  let along = unit(tangent.xyz, vec3f(0.0));
+  let across = cross(n, along) * tangent.w;
+  let local = texel * 2.0 - 1.0;
+  return unit(scale * (local.x * along + local.y * across) + local.z * n, ng);
+}
+
 // Unit shading normal: interpolated, normal-mapped where the part says so, and turned to the side of ng.
 fn shading_normal(at: Point, ng: vec3f) -> vec3f {
   var n = unit(at.normal, ng);
   if (part_is(PART_NORMAL_TEXTURE)) {
-    let tangent = unit(at.tangent.xyz, vec3f(0.0));
-    let bitangent = cross(n, tangent) * at.tangent.w;
-    let texel = bilinear(normal_texture, at.uv, part_is(PART_NORMAL_CLAMPS)).xyz * 2.0 - 1.0;
-    n = unit(part.normal_scale * (texel.x * tangent + texel.y * bitangent) + texel.z * n, ng);
+    let texel = bilinear(normal_texture, at.uv, part_is(PART_NORMAL_CLAMPS)).xyz;
+    n = normal_mapped(n, at.tangent, texel, part.normal_scale, ng);
   }
   return select(n, -n, dot(n, ng) < 0.0);
 }

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from reflet.envmap.geometry import pack
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer
+from reflet.scene.material import Texture
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
@@ -25,7 +26,7 @@ TRIANGLE_ON_HULL = 1
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
-METAL, OFF_HULL = 1024, 2048
+METAL, OFF_HULL, EMISSION_CLAMPS = 1024, 2048, 4096
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -45,6 +46,12 @@ PART = np.dtype(
     [
         ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
         ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"), ("padding", "u4", 2),
+    ]
+)  # fmt: skip
+HIT_MATERIAL = np.dtype(
+    [
+        ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
+        ("bits", "u4"), ("padding", "u4", 3), ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
 
@@ -112,19 +119,33 @@ def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None) -> np
         place["parameterization"] = layer.parameterization.kind
     out["base_color"], out["metallic"] = material.base_color, material.metallic
     out["emission"], out["normal_scale"] = material.emission, material.normal_scale
-    bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * material.double_sided + HAS_LOCAL * (local is not None)
-    has_uv, has_tangents = part.mesh.uv is not None, part.mesh.tangents is not None
-    for texture, present, clamps, usable in (
-        (material.base_color_texture_srgb, BASE_COLOR_TEXTURE, BASE_COLOR_CLAMPS, has_uv),
-        (material.metallic_roughness_texture, METALLIC_ROUGHNESS_TEXTURE, METALLIC_ROUGHNESS_CLAMPS, has_uv),
-        (material.normal_texture, NORMAL_TEXTURE, NORMAL_CLAMPS, has_uv and has_tangents),
-        (material.emission_texture_srgb, EMISSION_TEXTURE, 0, has_uv),
-    ):
-        if texture is not None and usable:
-            bits |= present | clamps * texture.clamp
-    bits |= METAL * (material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
-    out["bits"] = bits
+    out["bits"] = part_bits(part) | HAS_LOCAL * (local is not None)
     return out
+
+
+def pictures_of(part: Part) -> tuple[Texture | None, ...]:
+    """Base colour, metallic-roughness, normals and emission, as far as the part's mesh can be textured by them."""
+    material, has_uv, has_tangents = part.material, part.mesh.uv is not None, part.mesh.tangents is not None
+    return (
+        material.base_color_texture_srgb if has_uv else None,
+        material.metallic_roughness_texture if has_uv else None,
+        material.normal_texture if has_uv and has_tangents else None,
+        material.emission_texture_srgb if has_uv else None,
+    )
+
+
+def part_bits(part: Part) -> int:
+    """What a part's own bits say, whatever it looks up."""
+    bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * part.material.double_sided
+    for texture, present, clamps in zip(
+        pictures_of(part),
+        (BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE),
+        (BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, EMISSION_CLAMPS),
+        strict=True,
+    ):
+        if texture is not None:
+            bits |= present | clamps * texture.clamp
+    return bits | METAL * (part.material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
 
 
 def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
@@ -141,6 +162,8 @@ def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             {"binding": 4, "visibility": fragment, "buffer": storage},
             {"binding": 5, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
             {"binding": 6, "visibility": fragment, "sampler": {"type": "filtering"}},
+            *({"binding": binding, "visibility": fragment, "buffer": storage} for binding in (7, 8, 9)),
+            {"binding": 10, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
         ]
     )
 

@@ -6,12 +6,15 @@ from typing import Literal
 import numpy as np
 import wgpu
 
+from reflet.render.playback.layouts import SWITCHES
 from reflet.render.playback.scene_buffers import Draw
 from reflet.render.playback.sums import Sums
 from reflet.render.playback.target import Target
 from reflet.shaders.link import link
 
 Cull = Literal["none", "front", "back"]
+
+_NUMBERS = {"probe_triangle": "r32uint", "probe_hits": "rgba32uint"}  # what entry points draw that are no colours
 
 
 class Passes:
@@ -74,8 +77,12 @@ class Passes:
             render_pass.set_bind_group(1, part_groups[item.part])
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
             cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
+            traces = program == "picture.wgsl" and item.traced and constants["SWITCHES"] & SWITCHES["local"]
+            shown_by = "traced_picture.wgsl" if traces else program
             built_for = {**constants, "PART_BITS": item.bits, **item.constants}
-            render_pass.set_pipeline(self._pipeline(program, entry_point, cull, **built_for))
+            if shown_by.startswith("traced_"):
+                built_for |= item.traced
+            render_pass.set_pipeline(self._pipeline(shown_by, entry_point, cull, **built_for))
             render_pass.draw(*vertices)
             if cull == "back":
                 back = self._pipeline(program, f"picture_{rate}_back", "front", SWITCHES=constants["SWITCHES"])
@@ -149,6 +156,4 @@ def _is_multi(entry_point: str) -> bool:
 
 def _format(entry_point: str) -> str:
     """Of the texture that a fragment entry point draws into."""
-    if entry_point == "probe_triangle":
-        return "r32uint"
-    return "rgba16float" if _is_multi(entry_point) else "rgba32float"
+    return _NUMBERS.get(entry_point, "rgba16float" if _is_multi(entry_point) else "rgba32float")

@@ -77,7 +77,8 @@ class Renderer:
         ``samples`` a pixel (1, 4, 16 or 64) are by default those that the maps were inferred for; "adaptive" takes 16,
         and 64 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes the
         maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
-        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local"; ``shells``
+        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local": what local
+        maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells``
         are the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of
         the distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0
         shows the samples alone, 1 the base alone.
@@ -137,6 +138,18 @@ class Renderer:
         self.device.queue.submit([encoder.finish()])
         return self._passes.read(picture, np.uint32)[..., 0]
 
+    def met_triangles(
+        self, camera: Camera, sample_count: int, sub_sample: int
+    ) -> UInt32[np.ndarray, "height width 4"]:
+        """1 + the numbers of the first four triangles that the mirrored ray of a sub-sample of each pixel meets, one
+        after the other; 0 for none."""
+        self._write_frame(camera, sample_count, 0, [], self._base(0.0))
+        target = self._target_for(camera)
+        encoder = self.device.create_command_encoder()
+        picture = self._draw(encoder, target, "traced_probe.wgsl", "probe_hits", sub_sample, False, self._part_groups)
+        self.device.queue.submit([encoder.finish()])
+        return self._passes.read(picture, np.uint32)
+
     def raw_lookup(
         self,
         camera: Camera,
@@ -173,7 +186,8 @@ class Renderer:
         space = self.pem.space
         point = space.orbit.point_of(camera) if point is None else point
         base = self._base(self.pem.base_share(point) if share is None else self._checked_share(share))
-        if base.weight >= 1.0 and not (local and any(stack.kind == "local" for stack in self.stacks)):
+        local = local and not self.pem.most_hits and any(stack.kind == "local" for stack in self.stacks)
+        if base.weight >= 1.0 and not local:
             return [], base
         weights = space.blend_weights(point)
         if weights and not blend:
@@ -201,7 +215,7 @@ class Renderer:
     def _write_frame(
         self, camera: Camera, samples: int, switches: int, blend: Sequence[Blended], base: Blended
     ) -> None:
-        data = frame_uniform(camera, samples, self.pem.lod_bias, blend, base, switches)
+        data = frame_uniform(camera, samples, self.pem.lod_bias_at(samples), blend, base, switches)
         self.device.queue.write_buffer(self._buffers.frame_uniform, 0, data.tobytes())
         self._constants = {"SWITCHES": switches, "BLEND_COUNT": len(blend), "BASE": base_state(base.weight)}
 

@@ -13,6 +13,7 @@ from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
 from reflet.render.device.textures import create_map_array, map_array_view, upload_picture, upload_reliefs
+from reflet.render.playback.hit_buffers import bvh_words, drawn_directions, hit_materials
 from reflet.render.playback.layouts import (
     DOUBLE_SIDED,
     FRAME,
@@ -23,19 +24,22 @@ from reflet.render.playback.layouts import (
     part_uniform,
 )
 from reflet.render.playback.stacks import Stack
+from reflet.scene.bvh.build import build_bvh
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
 
 
 @dataclass(frozen=True)
 class Draw:
-    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them."""
+    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them; ``traced`` is what
+    those of programs that trace may, empty where no ray may meet anything."""
 
     part: int
     first: int
     count: int
     bits: int
     constants: Mapping[str, float]
+    traced: Mapping[str, float]
 
     @property
     def double_sided(self) -> bool:
@@ -73,6 +77,9 @@ class SceneBuffers:
         order = np.lexsort((~pem.on_hull, part_of_triangle))
         grids = np.stack([colours.resolution, colours.offset], -1)[order]
         buffers = [_vertices(scene), _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
+        drawn_number = np.empty(len(order), np.int64)
+        drawn_number[order] = np.arange(len(order))
+        *met, pictures, self._hit_bits = self._what_rays_meet(drawn_number)
         environment = upload_picture(device, _environment(scene), "rgba16float", mip_mapped=True)
         self.frame_group = device.create_bind_group(
             layout=frame_layout,
@@ -81,6 +88,8 @@ class SceneBuffers:
                 *({"binding": 1 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(buffers)),
                 {"binding": 5, "resource": environment.create_view()},
                 {"binding": 6, "resource": _sampler(device, "repeat", "clamp-to-edge")},
+                *({"binding": 7 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(met)),
+                {"binding": 10, "resource": pictures.create_view(dimension="2d-array")},
             ],
         )
         parts = [self._part_uniform(i) for i in range(len(scene.parts))]
@@ -117,6 +126,18 @@ class SceneBuffers:
             groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
         return groups
 
+    def _what_rays_meet(
+        self, drawn_number: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, wgpu.GPUTexture, int]:
+        """The tree, directions, materials, their pictures and bits; of a PEM that is not traced next to nothing."""
+        scene = self._pem.scene
+        if not self._pem.most_hits:
+            none = np.zeros(0, np.uint32)
+            return none, none, *hit_materials(self._device, [])
+        bvh = self._pem.bvh or build_bvh(scene, self._pem.on_hull)
+        words, directions = bvh_words(scene, bvh, drawn_number), drawn_directions(scene, bvh, drawn_number)
+        return words, directions, *hit_materials(self._device, [part for part in scene.parts if part.reflective])
+
     def _maps(self, arrays: Sequence[wgpu.GPUTexture], stack: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
         """A stack's maps if they are cubes, or if they are not; else a map of one black texel."""
         if stack is not None:
@@ -151,10 +172,13 @@ class SceneBuffers:
             "DISTANT_PARAMETERIZATION": int(data["distant"]["parameterization"][0]),
             "LOCAL_PARAMETERIZATION": int(data["local"]["parameterization"]),
         }
-        on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL else 0
+        hits = self._pem.most_hits if bits & REFLECTIVE else 0
+        traced = {"MOST_HITS": hits, "HIT_BITS": self._hit_bits} if hits else {}
+        on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL or hits else 0
+        of_hull = traced if len(self._pem.scene.objects) > 1 else {}  # it sees other objects alone
         draws = [
-            Draw(part, first, on_hull, bits & ~HAS_LOCAL, constants),
-            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, constants),
+            Draw(part, first, on_hull, bits & ~HAS_LOCAL, constants, of_hull),
+            Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, constants, traced),
         ]
         return [draw for draw in draws if draw.count]
 

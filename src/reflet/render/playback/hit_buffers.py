@@ -1,0 +1,69 @@
+"""What mirrored rays meet, on the device: `shaders/bvh.wgsl` and `shaders/traced.wgsl` describe it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import wgpu
+from jaxtyping import Int, UInt32
+
+from reflet.render.device.textures import check_size
+from reflet.render.playback.atlas import atlas_of
+from reflet.render.playback.layouts import HIT_MATERIAL, METAL, part_bits, pictures_of
+from reflet.scene.bvh.bvh import Bvh, corners_of
+from reflet.scene.bvh.nodes import refitted
+from reflet.scene.material import Texture
+from reflet.scene.scene import Part, Scene
+
+_USAGE = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
+
+
+def bvh_words(scene: Scene, bvh: Bvh, drawn_number: Int[np.ndarray, "triangles"]) -> UInt32[np.ndarray, "places 4"]:
+    """The tree's nodes and triangles as `shaders/bvh.wgsl` says, 64 to 112 bytes a triangle; ``drawn_number`` by the
+    scene's numbers."""
+    corners = corners_of(scene, bvh.order)
+    nodes = refitted(bvh.leaf_counts, corners)
+    count, leaf = len(nodes.counts), nodes.counts > 0
+    node = np.empty((count, 2, 4), np.uint32)
+    node[:, 0, :3], node[:, 1, :3] = nodes.lower.view(np.uint32), nodes.upper.view(np.uint32)
+    node[:, 0, 3], node[:, 1, 3] = np.where(leaf, 2 * count + 3 * nodes.link, 2 * nodes.link), nodes.counts
+    triangle = np.zeros((len(corners), 3, 4), np.uint32)
+    triangle[:, 0, :3] = np.ascontiguousarray(corners[:, 0]).view(np.uint32)
+    triangle[:, 1:, :3] = (corners[:, 1:] - corners[:, :1]).view(np.uint32)
+    triangle[:, 0, 3] = drawn_number[bvh.order]
+    material_of_part = np.cumsum([part.reflective for part in scene.parts]) - 1
+    triangle[:, 1, 3] = material_of_part[np.searchsorted(scene.triangle_offsets, bvh.order, side="right") - 1]
+    return np.concatenate([node.reshape(-1, 4), triangle.reshape(-1, 4)])
+
+
+def drawn_directions(
+    scene: Scene, bvh: Bvh, drawn_number: Int[np.ndarray, "triangles"]
+) -> UInt32[np.ndarray, "triangles 2"]:
+    """`Bvh.directions` in the order in which triangles are drawn."""
+    out = np.zeros((scene.triangle_offsets[-1], 2), np.uint32)
+    out[drawn_number[bvh.order]] = bvh.directions
+    return out
+
+
+def hit_materials(device: wgpu.GPUDevice, parts: Sequence[Part]) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
+    """`HIT_MATERIAL` of parts, the texture that holds their pictures, and all bits that any of them has."""
+    pictures: dict[int, Texture] = {id(it): it for part in parts for it in pictures_of(part) if it is not None}
+    sizes = [picture.pixels.shape[1::-1] for picture in pictures.values()]
+    atlas = atlas_of(sizes)
+    check_size(device, *atlas.size[:2], "A texture")
+    texture = device.create_texture(size=atlas.size, format="rgba8unorm", usage=_USAGE)
+    place_of = {}
+    for (key, picture), place, (width, height) in zip(pictures.items(), atlas.places, sizes, strict=True):
+        place_of[key] = (*place, width | height << 16)
+        pixels = np.ascontiguousarray(picture.pixels)
+        layout = {"bytes_per_row": 4 * width, "rows_per_image": height}
+        device.queue.write_texture({"texture": texture, "origin": place}, pixels, layout, (width, height, 1))
+    out = np.zeros(max(len(parts), 1), HIT_MATERIAL)  # a binding may not be empty
+    for entry, part in zip(out, parts, strict=False):
+        material = part.material
+        entry["base_color"], entry["metallic"] = material.base_color, material.metallic
+        entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
+        entry["bits"] = part_bits(part)
+        for k, picture_or_none in enumerate(pictures_of(part)):
+            if picture_or_none is not None:
+                entry["pictures"][k] = place_of[id(picture_or_none)]
+    return out, texture, int(np.bitwise_or.reduce(out["bits"], initial=METAL))

@@ -1,0 +1,206 @@
+#import surface
+#import pem
+#import bvh
+#import fresnel
+#import irradiance
+
+// Mirrors that see themselves: the mirrored ray is followed from mirror to mirror, through their full meshes, until it meets
+// none. Two neighbours are carried along on the planes of the triangles that are met, for the LOD of the lookup at the end.
+//
+// What is met is described in bind group 0; the host's side is `reflet.render.playback.hit_buffers`:
+//
+//   8   storage array<vec2u>, read           for each drawn triangle 64 bits: the directions in which it may meet mirrors
+//   9   storage array<HitMaterial>, read     of the reflective parts
+//   10  texture_2d_array<f32> rgba8unorm     their pictures, as stored: base colour and emission are sRGB
+
+struct HitMaterial {
+  base_color: vec3f,
+  metallic: f32,
+  emission: vec3f,
+  normal_scale: f32,
+  bits: u32,                  // PART_*
+  pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
+}
+
+const CELLS = 8.0;  // a side of the octahedral map that directions are divided by
+
+// How many mirrors a ray may meet. What no material has costs nothing where pipelines are built for HIT_BITS, all that they
+// have.
+override MOST_HITS: u32 = 0u;
+override HIT_BITS: u32 = 0xffffffffu;
+
+@group(0) @binding(8) var<storage, read> directions: array<vec2u>;
+@group(0) @binding(9) var<storage, read> hit_materials: array<HitMaterial>;
+@group(0) @binding(10) var hit_pictures: texture_2d_array<f32>;
+
+fn hit_is(material: u32, bit: u32) -> bool {
+  return (HIT_BITS & bit) != 0u && (hit_materials[material].bits & bit) != 0u;
+}
+
+fn linear_from_srgb(c: vec4f) -> vec4f {
+  return select(pow((c + 0.055) / 1.055, vec4f(2.4)), c / 12.92, c <= vec4f(0.04045));
+}
+
+// A material's picture, bilinear; white where it has none.
+fn hit_picture(material: u32, which: u32, uv: vec2f, clamps: bool, srgb: bool) -> vec4f {
+  let place = hit_materials[material].pictures[which];
+  let corner = vec2i(place.xy);
+  let size = vec2i(i32(place.w & 0xffffu), i32(place.w >> 16u));
+  let at = uv * vec2f(size) - 0.5;
+  let low = floor(at);
+  let w = at - low;
+  let first = corner + wrapped(vec2i(low), size, clamps);
+  let second = corner + wrapped(vec2i(low) + 1, size, clamps);
+  var texels = array<vec4f, 4>(
+    textureLoad(hit_pictures, first, place.z, 0), textureLoad(hit_pictures, vec2i(second.x, first.y), place.z, 0),
+    textureLoad(hit_pictures, vec2i(first.x, second.y), place.z, 0), textureLoad(hit_pictures, second, place.z, 0));
+  if (srgb) {
+    texels = array<vec4f, 4>(
+      linear_from_srgb(texels[0]), linear_from_srgb(texels[1]), linear_from_srgb(texels[2]), linear_from_srgb(texels[3]));
+  }
+  return mix(mix(texels[0], texels[1], w.x), mix(texels[2], texels[3], w.x), w.y);
+}
+
+// Whether a ray that leaves a triangle in direction d may meet a mirror.
+fn may_meet(triangle: u32, d: vec3f) -> bool {
+  let cell = vec2u(min(map_point(OCTAHEDRAL, d).uv * CELLS, vec2f(CELLS - 1.0)));
+  let bits = directions[triangle];
+  return ((select(bits.x, bits.y, cell.y >= 4u) >> ((8u * cell.y + cell.x) & 31u)) & 1u) != 0u;
+}
+
+// A triangle that a ray meets.
+struct Met {
+  triangle: u32,  // drawn number
+  material: u32,
+  a: vec3f,
+  e1: vec3f,
+  e2: vec3f,
+  ng: vec3f,      // unit, facing the ray
+  back: bool,
+}
+
+fn met_at(place: u32, ray: vec3f) -> Met {
+  let first = bvh[place];
+  let second = bvh[place + 1u];
+  let e1 = bitcast<vec3f>(second.xyz);
+  let e2 = bitcast<vec3f>(bvh[place + 2u].xyz);
+  let ng = unit(cross(e1, e2), vec3f(0.0));
+  let back = dot(ray, ng) > 0.0;
+  return Met(first.w, second.w, bitcast<vec3f>(first.xyz), e1, e2, select(ng, -ng, back), back);
+}
+
+// Where the ray from p along `ray` meets the triangle's plane, cut off far away (CONVENTIONS.md, "Surfaces").
+fn on_plane(met: Met, p: vec3f, ray: vec3f) -> vec2f {
+  let h = cross(ray, met.e2);
+  let det = dot(met.e1, h);
+  let w = p - met.a;
+  let b = vec2f(dot(w, h), dot(ray, cross(w, met.e1))) / select(det, 1.0, det == 0.0);
+  return select(clamp(b, vec2f(-FARTHEST_BARYCENTRIC), vec2f(FARTHEST_BARYCENTRIC)), vec2f(0.0), det == 0.0);
+}
+
+fn met_point(met: Met, ray: vec3f, b: vec2f) -> Point {
+  let normal_v = vertex_value(met.triangle, 1u, b);
+  var at = Point(ray, met.a + b.x * met.e1 + b.y * met.e2, normal_v.xyz, vec4f(0.0), vec2f(0.0));
+  if ((HIT_BITS & PART_TEXTURES) != 0u) {
+    at.uv = vec2f(vertex_value(met.triangle, 0u, b).w, normal_v.w);
+    at.tangent = vec4f(
+      vertex_value(met.triangle, 2u, b).xyz, vertices[3u * triangles[met.triangle].x + 2u].w);
+  }
+  return at;
+}
+
+fn met_normal(met: Met, at: Point) -> vec3f {
+  var n = unit(at.normal, met.ng);
+  if (hit_is(met.material, PART_NORMAL_TEXTURE)) {
+    let texel = hit_picture(met.material, 2u, at.uv, hit_is(met.material, PART_NORMAL_CLAMPS), false).xyz;
+    n = normal_mapped(n, at.tangent, texel, hit_materials[met.material].normal_scale, met.ng);
+  }
+  return select(n, -n, dot(n, met.ng) < 0.0);
+}
+
+// A ray's way from mirror to mirror.
+struct Way {
+  light: vec3f,       // what the mirrors on it send of their own, as far as it arrives
+  throughput: vec3f,  // share of the light from its end that arrives; 0 where it ends on a back
+  end: Mirrors,       // the rays of its end
+  hits: vec4u,        // 1 + numbers of the first four triangles that it meets; 0 for none
+}
+
+// What a mirror that is met sends of its own, and what it reflects: added to the way.
+fn pass_by(way: ptr<function, Way>, met: Met, at: Point, n: vec3f, b: vec2f) {
+  let material = hit_materials[met.material];
+  var base_color = material.base_color;
+  var metallic = material.metallic;
+  if (hit_is(met.material, PART_BASE_COLOR_TEXTURE)) {
+    base_color *= hit_picture(met.material, 0u, at.uv, hit_is(met.material, PART_BASE_COLOR_CLAMPS), true).rgb;
+  }
+  if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
+    metallic *= hit_picture(met.material, 1u, at.uv, hit_is(met.material, PART_METALLIC_ROUGHNESS_CLAMPS), false).b;
+  }
+  if (switched_on(SHOW_DIFFUSE)) {
+    var emission = material.emission;
+    if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
+      emission *= hit_picture(met.material, 3u, at.uv, hit_is(met.material, PART_EMISSION_CLAMPS), true).rgb;
+    }
+    if (!hit_is(met.material, PART_METAL)) {
+      emission += base_color * (1.0 - metallic) * irradiance_over_pi(met.triangle, b, met.back);
+    }
+    (*way).light += (*way).throughput * emission;
+  }
+  if (switched_on(SHOW_FRESNEL)) {
+    (*way).throughput *= fresnel_schlick(base_color * metallic + 0.04 * (1.0 - metallic), dot(-at.ray, n));
+  }
+}
+
+const OFFSET = 1e-5;  // a ray starts so far off its surface, in units of the largest coordinate there
+
+fn largest(v: vec3f) -> f32 {
+  return max(max(abs(v.x), abs(v.y)), abs(v.z));
+}
+
+// Follows the mirrored rays of a sub-sample. After MOST_HITS mirrors it ends as if there were no more.
+fn follow(s: Sample, mirrors: Mirrors) -> Way {
+  var way = Way(vec3f(0.0), vec3f(1.0), mirrors, vec4u(0u));
+  var triangle = s.triangle;
+  var ng = s.ng;
+  for (var k = 0u; k < MOST_HITS; k++) {
+    let last = way.end;
+    if (!may_meet(triangle, last.r0)) {
+      break;
+    }
+    let extent = max(largest(last.p0), largest(vertices[3u * triangles[triangle].x].xyz));
+    let hit = closest_hit(last.p0 + OFFSET * extent * ng, last.r0);
+    if (hit.at == NOTHING) {
+      break;
+    }
+    let met = met_at(hit.at, last.r0);
+    if (k < 4u) {
+      way.hits[k] = (triangles[met.triangle].w >> 1u) + 1u;
+    }
+    if (met.back && !hit_is(met.material, PART_DOUBLE_SIDED)) {
+      way.throughput = vec3f(0.0);
+      break;
+    }
+    let here = met_point(met, last.r0, hit.b);
+    let right = met_point(met, last.r1, on_plane(met, last.p1, last.r1));
+    let down = met_point(met, last.r2, on_plane(met, last.p2, last.r2));
+    let n = met_normal(met, here);
+    pass_by(&way, met, here, n, hit.b);
+    way.end = Mirrors(
+      here.p, mirrored(here.ray, n, met.ng),
+      right.p, mirrored(right.ray, met_normal(met, right), met.ng),
+      down.p, mirrored(down.ray, met_normal(met, down), met.ng), true);
+    triangle = met.triangle;
+    ng = met.ng;
+  }
+  return way;
+}
+
+// Incident radiance: what the mirrors that are met send, and the distant light where the ray leaves them.
+fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
+  if (!switched_on(SHOW_LOCAL)) {
+    return incident_radiance(m, false);
+  }
+  let way = follow(s, m);
+  return way.light + way.throughput * incident_radiance(way.end, false);
+}

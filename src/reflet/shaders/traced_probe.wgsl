@@ -1,0 +1,15 @@
+#import exact
+#import traced
+#import shade
+
+// Program: which mirrors each sub-sample's ray meets, one sub-sample a pixel.
+
+// 1 + the numbers of the first four triangles, into rgba32uint; 0 for none, and where nothing reflects.
+@fragment
+fn probe_hits(in: Raster) -> @location(0) vec4u {
+  let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (!s.visible || !part_is(PART_REFLECTIVE)) {
+    return vec4u(0u);
+  }
+  return follow(s, mirrors_of(s, shading_normal(s.here, s.ng))).hits;
+}
