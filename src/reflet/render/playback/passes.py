@@ -77,7 +77,7 @@ class Passes:
             render_pass.set_bind_group(1, part_groups[item.part])
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
             cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
-            traces = program == "picture.wgsl" and item.traced and constants["SWITCHES"] & SWITCHES["local"]
+            traces = program == "picture.wgsl" and item.traced and int(constants["SWITCHES"]) & SWITCHES["local"]
             shown_by = "traced_picture.wgsl" if traces else program
             built_for = {**constants, "PART_BITS": item.bits, **item.constants}
             if shown_by.startswith("traced_"):

@@ -138,9 +138,7 @@ class Renderer:
         self.device.queue.submit([encoder.finish()])
         return self._passes.read(picture, np.uint32)[..., 0]
 
-    def met_triangles(
-        self, camera: Camera, sample_count: int, sub_sample: int
-    ) -> UInt32[np.ndarray, "height width 4"]:
+    def met_triangles(self, camera: Camera, sample_count: int, sub_sample: int) -> UInt32[np.ndarray, "height width 4"]:
         """1 + the numbers of the first four triangles that the mirrored ray of a sub-sample of each pixel meets, one
         after the other; 0 for none."""
         self._write_frame(camera, sample_count, 0, [], self._base(0.0))

@@ -31,8 +31,8 @@ from reflet.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Draw:
-    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them; ``traced`` is what
-    those of programs that trace may, empty where no ray may meet anything."""
+    """Some triangles of one part that are drawn alike, and what pipelines may take for granted of them; ``traced`` is
+    what those of programs that trace may, empty where no ray may meet anything."""
 
     part: int
     first: int
