@@ -1,7 +1,8 @@
 """Draws frames of PEMs on another graphics driver than this process has: run with VK_DRIVER_FILES set.
 
 ``draw_frames.py FOLDER REQUESTS.json OUT.npz``; a request names a PEM in FOLDER, with or without the geometry of its
-distant layers, and has width, height, viewpoint and arguments of `Renderer.frame`.
+distant layers, and has width, height, viewpoint and arguments of `Renderer.frame`; samples [first, most] are
+`Adaptive`.
 """
 
 import json
@@ -16,6 +17,7 @@ from reflet.envmap.geometry import InfiniteSphere
 from reflet.pem.container import open_pem
 from reflet.render.device.device import shared_device
 from reflet.render.playback.renderer import Renderer
+from reflet.scene.views.sample_pattern import Adaptive
 
 
 @cache
@@ -33,5 +35,7 @@ if __name__ == "__main__":
     for name, request in json.loads(Path(sys.argv[2]).read_text()).items():
         drawing, point = renderer(Path(sys.argv[1]) / request["pem"], request["infinite"]), request["viewpoint"]
         camera = replace(drawing.pem.space.orbit.camera(point), width=request["width"], height=request["height"])
-        frames[name] = drawing.frame(camera, point=point, **request["arguments"])
+        samples = request["arguments"]["samples"]
+        asked = Adaptive(*samples) if isinstance(samples, list) else samples
+        frames[name] = drawing.frame(camera, point=point, **{**request["arguments"], "samples": asked})
     np.savez(sys.argv[3], adapter=shared_device().adapter.info["device"], **frames)

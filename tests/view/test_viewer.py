@@ -38,7 +38,8 @@ LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
     "screen": {"samples": "adaptive"},
     "home": {"samples": 16},
-    "home-adaptive": {"samples": "adaptive"},
+    "home-at-rest": {"samples": "adaptive"},
+    "home-in-motion": {"samples": [4, 16]},
     "home-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "dragged": {"samples": 16},
     "zoomed": {"samples": 4},

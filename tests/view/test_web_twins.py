@@ -75,6 +75,24 @@ def test_sub_samples_are_those_of_the_table(call):
         np.testing.assert_array_equal(positions, sample_positions(count))
 
 
+def test_motion_is_drawn_as_finely_as_there_is_time(call):
+    """How a frame is drawn (screen pixels along an edge, more samples or not), its time, and how the next one is."""
+    frames = [
+        (4, None, 11, 2, None),
+        (2, None, 30, 2, None),
+        (2, None, 11, 1, None),
+        (1, None, 11, 1, True),  # there is time
+        (1, True, 30, 1, True),
+        (1, True, 51, 1, False),  # there was not
+        (1, False, 11, 1, False),  # and it is not tried again
+        (1, False, 51, 2, False),
+        (4, None, 51, 4, None),
+    ]
+    pace = [({"coarseness": edge, **({} if more is None else {"more": more})}, ms) for edge, more, ms, _, _ in frames]
+    found = call([("players/pace", "nextPace", [*each]) for each in pace])
+    assert [(each["coarseness"], each.get("more")) for each in found] == [(edge, more) for *_, edge, more in frames]
+
+
 def geometry_to_json(geometry):
     return described(geometry, BufferWriter("maps.bin"))
 

@@ -32,9 +32,10 @@ await withPage(async (page) => {
 
   await page.goto(address);
   await viewer((element) => element.ready);
-  await keep("screen", "adaptive", screen);
+  await keep("screen", "at rest", screen);
   await keep("home", 16);
-  await keep("home-adaptive", "adaptive");
+  await keep("home-at-rest", "at rest");
+  await keep("home-in-motion", "in motion");
   await keep("home-multisampled", "multisampled");
 
   // The canvas alone: the picture at rest, and the maps laid flat.

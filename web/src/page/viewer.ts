@@ -113,7 +113,7 @@ export class RefletViewer extends HTMLElement {
     await this.until((player) => player.settled);
   }
 
-  /** Draws the present view at another size and returns the numbers: `samples` a pixel, as many as at rest, or four in one pass. */
+  /** Draws the present view at another size and returns the numbers: `samples` a pixel, where they count, or four in one pass. */
   async rawFrame(width: number, height: number, samples: RawSamples): Promise<RawFrame> {
     const player = await this.until((that) => that.complete);
     return player.rawFrame(width, height, samples);

@@ -2,17 +2,15 @@
 
 import type { PictureSum } from "../gpu/device/picture-sum";
 import { type Camera, cameraAt, type Orbit, pointOf, type ViewPoint } from "../maths/camera";
-import { type Adaptive, AT_REST, mostSamples, type Samples } from "../maths/sample-pattern";
+import { type Adaptive, AT_REST, IN_MOTION, mostSamples, type Samples } from "../maths/sample-pattern";
 import type { Tone } from "../maths/tone";
 import type { Form } from "../panels/form";
 import type { Settings } from "../panels/settings";
 import type { ShadingSettings } from "../panels/shading-settings";
 import { type Surroundings, ViewLimits } from "../scene/view-limits";
+import { FIRST_PACE, nextPace } from "./pace";
 
 const MOST_PIXELS = 3 * 2 ** 20; // of the picture: bounds its textures to some 330 MB
-const COARSEST = 4; // pixels of the screen along the edge of one drawn in motion
-const SLOW_MS = 50; // a frame in motion that takes longer makes the next one coarser
-const FAST_MS = 12; // four times as many pixels, or samples, will not be slow
 const REST_MS = 120; // without change, before the picture is refined
 const SMOOTHED_FRAMES = 8; // in the frame time that is shown
 const MULTISAMPLES = 4;
@@ -25,7 +23,7 @@ export interface RawFrame {
   radiance: Float32Array;
 }
 
-export type RawSamples = number | "adaptive" | "multisampled";
+export type RawSamples = number | "at rest" | "in motion" | "multisampled";
 
 export interface Listener {
   /** A first picture is on the screen. */
@@ -52,8 +50,7 @@ export abstract class Player {
   private samplesAtRest = 0; // of the picture being refined
   private refining = false;
   private awake = false;
-  private coarseness = COARSEST;
-  private more: boolean | undefined; // samples in motion, of all pixels; undefined until tried at this size
+  private pace = FIRST_PACE; // in motion
   private frameMs = 0;
   private frameSize = "";
   private device: GPUDevice | undefined; // while there is one
@@ -106,7 +103,7 @@ export abstract class Player {
   /** The canvas covers so many pixels of the device now: none where it is hidden. */
   resize(width: number, height: number): void {
     this.pixels = { width, height };
-    this.more = undefined;
+    this.pace = { ...this.pace, more: undefined };
     this.invalidate();
   }
 
@@ -148,11 +145,15 @@ export abstract class Player {
     return this.complete && (this.hidden || (!this.changed && !this.refining));
   }
 
-  /** Draws the present view at another size: `samples` a pixel one by one, as many as at rest, or four in one pass. */
+  /** Draws the present view at another size: `samples` a pixel one by one, where they count, or four in one pass. */
   async rawFrame(width: number, height: number, samples: RawSamples): Promise<RawFrame> {
     const camera = this.camera(width, height);
     if (samples === "multisampled") this.drawMultisampled(camera);
-    else this.drawSamples(camera, samples === "adaptive" ? AT_REST : samples);
+    else
+      this.drawSamples(
+        camera,
+        typeof samples === "string" ? { "at rest": AT_REST, "in motion": IN_MOTION }[samples] : samples,
+      );
     const { device } = this;
     const reading = this.sum.read().catch((error: unknown) => {
       throw device === this.device ? error : new Error("The graphics device was lost meanwhile; ask again.");
@@ -164,11 +165,11 @@ export abstract class Player {
   /** Draws at once what is in motion. Returns whether the picture has to be refined. */
   protected drawMoving(): boolean {
     const full = this.fullSize();
-    const width = Math.ceil(full.width / this.coarseness);
-    const height = Math.ceil(full.height / this.coarseness);
+    const width = Math.ceil(full.width / this.pace.coarseness);
+    const height = Math.ceil(full.height / this.pace.coarseness);
     if (!this.drawable) return false;
     const camera = this.shownCamera(width, height);
-    if (this.inMotion && this.more) this.drawSamples(camera, this.inMotion);
+    if (this.inMotion && this.pace.more) this.drawSamples(camera, this.inMotion);
     else this.drawMultisampled(camera);
     this.sum.display(this.screen(width, height), this.tone);
     this.listener.shown();
@@ -270,9 +271,6 @@ export abstract class Player {
 
   private measure(ms: number): void {
     this.frameMs += (ms - this.frameMs) / (this.frameMs === 0 ? 1 : SMOOTHED_FRAMES);
-    if (ms > SLOW_MS && this.more) this.more = false;
-    else if (ms > SLOW_MS) this.coarseness = Math.min(2 * this.coarseness, COARSEST);
-    else if (ms < FAST_MS && this.coarseness > 1) this.coarseness /= 2;
-    else if (ms < FAST_MS) this.more ??= true;
+    this.pace = nextPace(this.pace, ms);
   }
 }
