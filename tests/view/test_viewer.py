@@ -18,6 +18,7 @@ from small_pem import small_pem
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.pem.container import save_pem
+from reflet.scene.material import Texture
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
@@ -25,7 +26,7 @@ ORBIT_VIEWS = 60  # more than the 41 that can be resident beside the base
 
 BETWEEN = {"azimuth_deg": 61.25}
 # Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own; shells, half faded to
-# their base; shells of another parameterization with a base alone.
+# their base; shells of another parameterization with a base alone; mirrors that see each other, painted all over.
 OTHERS = {
     "latlong": BETWEEN,
     "dual_paraboloid": BETWEEN,
@@ -33,6 +34,7 @@ OTHERS = {
     "relief": BETWEEN,
     "shells": {"azimuth_deg": 61.25, "elevation_deg": 27.0},
     "static": {"azimuth_deg": 200.0, "elevation_deg": 40.0},
+    "traced": BETWEEN,
 }
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
@@ -51,6 +53,8 @@ ARGUMENTS = {
     "far-round": {"samples": 4},  # many viewpoints: maps were evicted and fetched again on the way
     **{name: {"samples": 4} for name in OTHERS},
     "gazing_ball-multisampled": {"samples": 4, "multisampled": True, "exact": False},
+    "traced-multisampled": {"samples": 4, "multisampled": True, "exact": False},
+    "traced-without": {"samples": 4, "layers": ["diffuse", "fresnel", "distant"]},
     "shells-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "shells-far": {"samples": 4, "shells": [1]},
     "shells-infinite-sphere": {"samples": 4},
@@ -78,6 +82,25 @@ def relief_pem():
     return replace(pem, layers=(replace(pem.layers[0], geometry=relief), *pem.layers[1:]))
 
 
+def traced_pem():
+    """The small PEM, its balls painted, rays traced from one to the other."""
+    pem = small_pem()
+
+    def picture(seed, *size):
+        return Texture(
+            np.random.default_rng(seed).integers(0, 256, (*size, 4)).astype(np.uint8) | np.uint8([0, 0, 0, 255])
+        )
+
+    ball, knob, *rest = pem.scene.parts
+    painted = replace(
+        ball.material, metallic=0.9, base_color_texture_srgb=picture(1, 5, 9),
+        metallic_roughness_texture=replace(picture(2, 4, 4), clamp=True), emission=(0.1, 0.2, 0.0),
+    )  # fmt: skip
+    shining = replace(knob.material, emission=(0.5, 0.1, 0.1), emission_texture_srgb=picture(3, 3, 2))
+    parts = (replace(ball, material=painted), replace(knob, material=shining), *rest)
+    return replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
+
+
 def other_pem(name):
     """One of `OTHERS`."""
     match name:
@@ -87,6 +110,8 @@ def other_pem(name):
             return small_pem(shells=2)
         case "static":
             return small_pem(views=0, shells=3, parameterization=PARAMETERIZATIONS["dual_paraboloid"])
+        case "traced":
+            return traced_pem()
     return small_pem(parameterization=PARAMETERIZATIONS[name])
 
 

@@ -127,7 +127,12 @@ await withPage(async (page) => {
       element.viewpoint = to;
     }, point);
     await keep(name, 4);
-    if (["gazing_ball", "shells"].includes(name)) await keep(`${name}-multisampled`, "multisampled");
+    if (["gazing_ball", "shells", "traced"].includes(name)) await keep(`${name}-multisampled`, "multisampled");
+    if (name === "traced") {
+      await page.getByRole("button", { name: "Settings" }).click();
+      await page.getByRole("checkbox", { name: "Local" }).uncheck();
+      await keep("traced-without", 4);
+    }
     if (name === "shells") {
       await picture("alpha", { view: "maps", layer: 0, mapShows: "alpha" });
       await picture("distance", { view: "maps", layer: 0, mapShows: "distance" });

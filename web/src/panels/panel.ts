@@ -10,7 +10,7 @@ import type { Settings } from "./settings";
 
 /** What of the picture can be left out: local light where there is any. */
 function switchesOf(pem: Pem): (keyof Shown)[] {
-  const local = pem.maps.length > 0 && pem.layers.some(({ kind }) => kind === "local");
+  const local = pem.traced ?? (pem.maps.length > 0 && pem.layers.some(({ kind }) => kind === "local"));
   return ["distant", ...(local ? ["local" as const] : []), "diffuse", "fresnel"];
 }
 

@@ -127,7 +127,7 @@ export class Playback extends Player {
 
   /** Where the base is all that is shown, no sample is. */
   private wanted(): Map<number, number> {
-    const local = this.settings.shown.local && this.pem.layers.some(({ kind }) => kind === "local");
+    const local = this.settings.shown.local && !this.pem.traced && this.pem.layers.some(({ kind }) => kind === "local");
     if (this.share === 1 && !local) return new Map();
     const weights = this.weights();
     return this.settings.blend ? weights : nearestAlone(weights);

@@ -38,11 +38,28 @@ export interface Pem {
   readonly base: readonly string[];
   /** Degrees of displacement from the samples at which the base is all that is shown. */
   readonly fadeDeg: number;
+  /** What the LOD is shifted by, in pictures of `sampleCount` samples a pixel. */
   readonly lodBias: number;
+  readonly sampleCount: number;
   readonly onHull: Uint8Array;
   readonly colourGrids: { readonly resolution: Uint32Array; readonly offset: Uint32Array };
   readonly radiosity: Float32Array;
   readonly environment: Environment | undefined;
+  /** How mirrored rays are traced through the mirrors' own meshes, if they are. */
+  readonly traced: Traced | undefined;
+}
+
+export interface Traced {
+  /** How many mirrors a ray may meet. */
+  readonly mostHits: number;
+  readonly bvh: Bvh;
+}
+
+/** The tree of the mirrors' triangles without its boxes, and the directions in which they may meet mirrors: see FORMAT.md. */
+export interface Bvh {
+  readonly order: Uint32Array;
+  readonly leafCounts: Uint8Array;
+  readonly directions: Uint32Array;
 }
 
 /** What is shown of a map laid flat; the distance is that of its relief, if it has one. */
@@ -77,9 +94,11 @@ interface Extension {
   fadeDeg: number;
   samples: { maps: string[] }[];
   lodBias: number;
+  sampleCount: number;
   onHull: ArrayDescription;
   irradiance: { resolution: ArrayDescription; offset: ArrayDescription; radiosity: ArrayDescription };
   environment?: ArrayDescription;
+  traced?: { mostHits: number } & Record<keyof Bvh, ArrayDescription>;
 }
 
 /** The PEM in a scene.gltf; undefined where it holds none. Rejects with one sentence where it cannot be read. */
@@ -87,7 +106,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const [parts, layers, onHull, resolution, offset, radiosity, environment] = await Promise.all([
+  const [parts, layers, onHull, resolution, offset, radiosity, environment, traced] = await Promise.all([
     readParts(scene, new Set(extension.reflective)),
     Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
@@ -95,6 +114,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     files.array(Uint32Array, extension.irradiance.offset),
     files.array(Float32Array, extension.irradiance.radiosity),
     extension.environment && files.array(Float32Array, extension.environment),
+    extension.traced && readTraced(extension.traced, files),
   ]);
   const [height, width] = extension.environment?.shape ?? [];
   return {
@@ -106,11 +126,18 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     base: extension.base.map(files.resolve),
     fadeDeg: extension.fadeDeg,
     lodBias: extension.lodBias,
+    sampleCount: extension.sampleCount,
     onHull,
     colourGrids: { resolution, offset },
     radiosity,
     environment: environment && { width: width as number, height: height as number, radiance: environment },
+    traced,
   };
+}
+
+/** What the LOD of env maps is shifted by at so many samples a pixel. */
+export function lodBiasAt(pem: Pick<Pem, "lodBias" | "sampleCount" | "traced">, samples: number): number {
+  return pem.lodBias - (pem.traced ? 0.5 * Math.log2(samples / pem.sampleCount) : 0);
 }
 
 /** How much of the distant light comes from the base at a point, from 0 to 1. */
@@ -122,6 +149,15 @@ export function baseShare(
   if (maps.length === 0) return 1;
   const away = displacementDeg(axes, orbit, point);
   return fadeDeg > 0 ? Math.min(away / fadeDeg, 1) : Number(away > 0);
+}
+
+async function readTraced(stored: NonNullable<Extension["traced"]>, files: SceneFile["files"]): Promise<Traced> {
+  const [order, leafCounts, directions] = await Promise.all([
+    files.array(Uint32Array, stored.order),
+    files.array(Uint8Array, stored.leafCounts),
+    files.array(Uint32Array, stored.directions),
+  ]);
+  return { mostHits: stored.mostHits, bvh: { order, leafCounts, directions } };
 }
 
 async function readLayer(item: Extension["layers"][number], files: SceneFile["files"]): Promise<Layer> {

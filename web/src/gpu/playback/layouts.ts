@@ -1,6 +1,6 @@
 // The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.playback.layouts.
 
-import type { Part } from "../../files/gltf";
+import type { Part, PictureTexture } from "../../files/gltf";
 import { clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
 import { type Geometry, pack } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
@@ -18,8 +18,10 @@ export const FRAME_BYTES = 1856;
 export const PART_BYTES = 304;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
-const [BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE] = [8, 16, 32, 64];
-const [BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, METAL] = [128, 256, 512, 1024];
+const METALLIC_ROUGHNESS_TEXTURE = 16;
+const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
+const CLAMPS = [128, 256, 512, 4096];
+export const METAL = 1024;
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
   const { camera, blend, base, shown, hiddenShells } = view;
@@ -77,21 +79,25 @@ export function partUniform(part: Part, shells: readonly BoundLayer[], local: Bo
   const { material } = part;
   floats.set([...material.baseColor, material.metallic], 64);
   floats.set([...material.emission, material.normalScale], 68);
-  let bits = part.reflective ? REFLECTIVE : 0;
-  bits |= material.doubleSided ? DOUBLE_SIDED : 0;
-  bits |= local ? HAS_LOCAL : 0;
-  const hasUv = part.uv !== undefined;
-  for (const [texture, present, clamps, usable] of [
-    [material.baseColorTexture, BASE_COLOR_TEXTURE, BASE_COLOR_CLAMPS, hasUv],
-    [material.metallicRoughnessTexture, METALLIC_ROUGHNESS_TEXTURE, METALLIC_ROUGHNESS_CLAMPS, hasUv],
-    [material.normalTexture, NORMAL_TEXTURE, NORMAL_CLAMPS, hasUv && part.tangents !== undefined],
-    [material.emissionTexture, EMISSION_TEXTURE, 0, hasUv],
-  ] as const) {
-    if (texture && usable) bits |= present | (texture.clamp ? clamps : 0);
-  }
-  if (material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
-  new Uint32Array(data).set([bits, shells.length], 72);
+  new Uint32Array(data).set([partBits(part) | (local ? HAS_LOCAL : 0), shells.length], 72);
   return data;
+}
+
+/** Base colour, metallic-roughness, normals and emission, as far as the part's mesh can be textured by them. */
+export function picturesOf({ material, uv, tangents }: Part): readonly (PictureTexture | undefined)[] {
+  if (uv === undefined) return [undefined, undefined, undefined, undefined];
+  const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = material;
+  return [baseColorTexture, metallicRoughnessTexture, tangents && normalTexture, emissionTexture];
+}
+
+/** What a part's own bits say, whatever it looks up. */
+export function partBits(part: Part): number {
+  let bits = (part.reflective ? REFLECTIVE : 0) | (part.material.doubleSided ? DOUBLE_SIDED : 0);
+  picturesOf(part).forEach((texture, k) => {
+    if (texture) bits |= (PICTURES[k] as number) | (texture.clamp ? (CLAMPS[k] as number) : 0);
+  });
+  if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
+  return bits;
 }
 
 export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
@@ -107,6 +113,8 @@ export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
       { binding: 4, visibility: fragment, buffer: storage },
       { binding: 5, visibility: fragment, texture: {} },
       { binding: 6, visibility: fragment, sampler: {} },
+      ...[7, 8, 9].map((binding) => ({ binding, visibility: fragment, buffer: storage })),
+      { binding: 10, visibility: fragment, texture: { viewDimension: "2d-array" } },
     ],
   });
 }

@@ -10,6 +10,8 @@ import { DEPTH } from "../device/target";
 export interface Pipelines {
   /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
   readonly picture: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
+  /** The same of mirrors: they may meet each other. */
+  readonly mirrors: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
   readonly backdrop: { readonly single: GPURenderPipeline; readonly multi: GPURenderPipeline };
   readonly mapView: GPURenderPipeline;
 }
@@ -21,6 +23,7 @@ export async function createPipelines(
   screen: GPUTextureFormat,
   pem: Pem,
   stacks: readonly Stack[],
+  hitBits: number,
 ): Promise<Pipelines> {
   const module = (name: string) => device.createShaderModule({ code: link(name), label: name });
   const picture = module("picture");
@@ -38,7 +41,12 @@ export async function createPipelines(
   if (counts.size <= 1) constants.SHELL_COUNT = count; // parts that do not reflect never ask
   if (pem.base.length === 0) constants.BASE = 0;
 
-  const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean) =>
+  const traced = pem.traced && {
+    shader: module("traced_picture"),
+    constants: { ...constants, MOST_HITS: pem.traced.mostHits, HIT_BITS: hitBits },
+  };
+
+  const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean, its = constants) =>
     device.createRenderPipelineAsync({
       layout: device.createPipelineLayout({ bindGroupLayouts: name === "picture" ? [frame, part] : [frame] }),
       vertex: {
@@ -49,7 +57,7 @@ export async function createPipelines(
         module: shader,
         entryPoint: `${name}_${!multi ? "single" : name === "picture" ? "multi_fast" : "multi"}`,
         targets: [{ format: multi ? "rgba16float" : "rgba32float" }],
-        ...(name === "picture" ? { constants } : {}),
+        ...(name === "picture" ? { constants: its } : {}),
       },
       multisample: { count: multi ? 4 : 1 },
       depthStencil: {
@@ -59,6 +67,11 @@ export async function createPipelines(
       },
     });
 
+  const mirrors =
+    traced &&
+    Promise.all([false, true].map((multi) => drawn(traced.shader, "picture", multi, traced.constants))).then(
+      ([single, multi]) => ({ single: single as GPURenderPipeline, multi: multi as GPURenderPipeline }),
+    );
   const [single, multi, backdropSingle, backdropMulti, mapView] = await Promise.all([
     drawn(picture, "picture", false),
     drawn(picture, "picture", true),
@@ -68,6 +81,7 @@ export async function createPipelines(
   ]);
   return {
     picture: { single, multi },
+    mirrors: (await mirrors) ?? { single, multi },
     backdrop: { single: backdropSingle, multi: backdropMulti },
     mapView,
   };

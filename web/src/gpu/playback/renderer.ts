@@ -4,7 +4,7 @@ import { nearestInverse } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
 import type { Samples } from "../../maths/sample-pattern";
 import { NORMAL_EXPOSURE, TONE_CURVES, type Tone } from "../../maths/tone";
-import type { MapShows, Pem } from "../../scene/pem";
+import { lodBiasAt, type MapShows, type Pem } from "../../scene/pem";
 import type { Stack } from "../../scene/stacks";
 import { PictureSum, type Spared } from "../device/picture-sum";
 import { frameUniform } from "./layouts";
@@ -28,7 +28,7 @@ export class Renderer {
   static async create(device: GPUDevice, pem: Pem, maps: ResidentMaps, screen: GPUTextureFormat): Promise<Renderer> {
     const scene = new SceneBuffers(device, pem, maps.stacks, maps.arrays);
     const [pipelines, sum] = await Promise.all([
-      createPipelines(device, scene.layouts.frame, scene.layouts.part, screen, pem, maps.stacks),
+      createPipelines(device, scene.layouts.frame, scene.layouts.part, screen, pem, maps.stacks, scene.hitBits),
       PictureSum.create(device, screen),
     ]);
     return new Renderer(device, pem, maps, scene, pipelines, sum);
@@ -94,14 +94,14 @@ export class Renderer {
   }
 
   private draw(view: View, sampleCount: number, subSample: number, multi: boolean, spared?: Spared): void {
-    const data = frameUniform(view, sampleCount, this.pem.lodBias);
+    const data = frameUniform(view, sampleCount, lodBiasAt(this.pem, sampleCount));
     this.device.queue.writeBuffer(this.scene.frameUniform, 0, data);
     const kind = multi ? "multi" : "single";
     const draw = (pass: GPURenderPassEncoder) => {
-      pass.setPipeline(this.pipelines.picture[kind]);
       pass.setBindGroup(0, this.scene.frameGroup);
       this.scene.partGroups.forEach((group, part) => {
         const [first, end] = this.scene.triangleOffsets.slice(part, part + 2) as [number, number];
+        pass.setPipeline(this.pipelines[this.pem.parts[part]?.reflective ? "mirrors" : "picture"][kind]);
         pass.setBindGroup(1, group);
         pass.draw(3 * (end - first), 1, 3 * first, subSample);
       });

@@ -12,6 +12,7 @@ import {
   halfTexels,
   mapArrayView,
 } from "../device/textures";
+import { createHitBuffers, type HitBuffers } from "./hit-buffers";
 import {
   type BoundLayer,
   FRAME_BYTES,
@@ -31,6 +32,8 @@ export class SceneBuffers {
   readonly layouts: { readonly frame: GPUBindGroupLayout; readonly part: GPUBindGroupLayout };
   /** Number of the first triangle of each part, and at the end the number of all. */
   readonly triangleOffsets: readonly number[];
+  /** All bits that materials of mirrors have, where rays are traced. */
+  readonly hitBits: number;
   private readonly partUniforms: readonly GPUBuffer[];
   private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
   private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
@@ -46,7 +49,9 @@ export class SceneBuffers {
     let triangles = 0;
     this.triangleOffsets = [0, ...pem.parts.map((part) => (triangles += part.indices.length / 3))];
     this.frameUniform = this.uniform(FRAME_BYTES);
-    this.frameGroup = this.createFrameGroup();
+    const hits = createHitBuffers(device, pem.parts, pem.traced);
+    this.hitBits = hits.bits;
+    this.frameGroup = this.createFrameGroup(hits);
     this.partUniforms = pem.parts.map(() => this.uniform(PART_BYTES));
     this.reliefs = stacks.map(({ layers }) =>
       createReliefs(
@@ -79,7 +84,7 @@ export class SceneBuffers {
     return this.device.createBuffer({ size, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
   }
 
-  private createFrameGroup(): GPUBindGroup {
+  private createFrameGroup(hits: HitBuffers): GPUBindGroup {
     const { colourGrids, radiosity, parts, onHull } = this.pem;
     const grids = new Uint32Array(2 * colourGrids.resolution.length);
     colourGrids.resolution.forEach((resolution, k) => {
@@ -96,6 +101,11 @@ export class SceneBuffers {
         ...buffers.map((data, k) => ({ binding: 1 + k, resource: { buffer: this.storage(data) } })),
         { binding: 5, resource: this.environment().createView() },
         { binding: 6, resource: sampler },
+        ...[hits.bvh, hits.directions, hits.materials].map((data, k) => ({
+          binding: 7 + k,
+          resource: { buffer: this.storage(data) },
+        })),
+        { binding: 10, resource: hits.pictures.createView({ dimension: "2d-array" }) },
       ],
     });
   }
