@@ -33,7 +33,6 @@ PATTERN = (
 PATTERN.setflags(write=False)
 
 SAMPLE_COUNTS = (1, 4, 16, 64)
-INFERENCE_COUNTS = (1, 4, 16)  # that maps may be inferred for
 
 
 @dataclass(frozen=True)
