@@ -10,6 +10,8 @@ the same triangles in the same passes into the same textures.
 Then the distant light alone, from one set of maps for all viewpoints: two shells with reliefs (of a PEM that has
 shells, its own) and one relief against *one box*, by all three ways to draw.
 
+Last, own meshes traced, with five hits and with two, over two shells, against *layered*: one sample a pixel.
+
 Last, samples where they count: 16 and 64 where those disagree, and 64 everywhere, against *16* everywhere; then 4 and
 16 where those disagree, and 16 everywhere, against *4*; each with the share of the object's pixels that take more.
 
@@ -37,6 +39,7 @@ from reflet.pem.container import open_pem
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.render.playback.renderer import Renderer
 from reflet.scene.bounds import object_positions
+from reflet.scene.bvh.build import build_bvh
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import torus_mesh
@@ -209,6 +212,11 @@ def main() -> None:
         ("4 samples a pixel in one pass, fast", {"samples": 4, "exact": False, "multisampled": True}),
     ):
         measure(title, {name: partial(renderer.frame, camera, **way) for name, renderer in renderers.items()})
+    tree = build_bvh(pem.scene, pem.on_hull)
+    traced = {f"traced, {hits}": Renderer(replace(two_shells(pem), most_hits=hits, bvh=tree)) for hits in (5, 2)}
+    for title, exact in (("1 sample a pixel, exact", True), ("1 sample a pixel, fast", False)):
+        frames = {name: partial(it.frame, camera, samples=1, exact=exact) for name, it in traced.items()}
+        measure(title, {**frames, "layered": partial(layered.frame, camera, samples=1, exact=exact)})
     for samples in (AT_REST, IN_MOTION):
         frames = {
             f"adaptive, {samples}": partial(layered.frame, camera, samples=samples),
