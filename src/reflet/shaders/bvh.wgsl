@@ -41,6 +41,7 @@ fn closest_hit(o: vec3f, d: vec3f) -> Hit {
     return best;
   }
   var stack: array<u32, MOST_DEPTH>;
+  var entered: array<f32, MOST_DEPTH>;  // distance to the box of each node there: what lies behind the hit is left out
   var top = 0u;
   var node = 0u;
   loop {
@@ -70,12 +71,16 @@ fn closest_hit(o: vec3f, d: vec3f) -> Hit {
       if (descends) {
         if (max(t_first, t_second) < FAR) {
           stack[top] = select(link, node + 2u, swap);
+          entered[top] = max(t_first, t_second);
           top++;
         }
         node = select(node + 2u, link, swap);
       }
     }
     if (!descends) {
+      while (top > 0u && entered[top - 1u] >= best.t) {
+        top--;
+      }
       if (top == 0u) {
         break;
       }
