@@ -256,6 +256,12 @@ def test_damage_is_one_sentence(folder, damage, said):
         open_pem(folder)
 
 
+def test_too_many_hits_are_refused(tmp_path, pem):
+    with pytest.raises(RefletError, match="0 to 64 hits, not 65"):
+        save_pem(tmp_path / "pem", replace(pem, most_hits=65))
+    assert not (tmp_path / "pem" / "scene.gltf").exists()
+
+
 def _word(name, number, value):
     """Damage: one number of an array of the tree becomes another."""
 

@@ -18,7 +18,7 @@ from reflet.pem import layout
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.geometry_json import geometry_to_json
 from reflet.pem.gltf_scene import write_scene
-from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
+from reflet.pem.pem import MOST_HITS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.scene import Scene
@@ -129,8 +129,12 @@ class PemWriter:
         """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
 
         Where rays may have hits, the tree is built if it is not given. The samples' own statistics are gathered under
-        ``statistics["samples"]``. Raises RefletError where maps of a sample are missing.
+        ``statistics["samples"]``. Raises RefletError where maps of a sample are missing, or hits are too many.
         """
+        if not 0 <= most_hits <= MOST_HITS:
+            raise RefletError(
+                f"Mirrored rays may have 0 to {MOST_HITS} hits, not {most_hits}; 5 show nearly all there is."
+            )
         missing = [sample for sample in range(space.sample_count) if not self.has(sample)]
         if missing:
             raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; go on with the bake by --resume.")

@@ -8,6 +8,7 @@ import { isParameterization, type ParameterizationName } from "../maths/paramete
 
 const EXTENSION = "REFLET_parameterized_environment_map";
 const VERSION = 2;
+const MOST_HITS = 64;
 
 export interface Layer {
   readonly name: string;
@@ -152,6 +153,9 @@ export function baseShare(
 }
 
 async function readTraced(stored: NonNullable<Extension["traced"]>, files: SceneFile["files"]): Promise<Traced> {
+  if (!(stored.mostHits >= 1 && stored.mostHits <= MOST_HITS)) {
+    throw new Error(`Rays of this scene meet ${stored.mostHits} mirrors, not 1 to ${MOST_HITS}; bake it again.`);
+  }
   const [order, leafCounts, directions] = await Promise.all([
     files.array(Uint32Array, stored.order),
     files.array(Uint8Array, stored.leafCounts),
