@@ -17,6 +17,9 @@ from reflet.envmap.shapes import FAR_AWAY
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import save_pem
 from reflet.pem.geometry_json import geometry_to_json as described
+from reflet.render.playback.hit_buffers import bvh_words
+from reflet.scene.bvh.build import build_bvh
+from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import SAMPLE_COUNTS, sample_positions
 from reflet.shaders.link import link
@@ -63,7 +66,7 @@ def call(node, tmp_path_factory):
 
 
 def test_both_linkers_give_the_same_bytes(call):
-    programs = ("picture", "backdrop", "accumulate", "display", "map_view", "mipmap", "probe")
+    programs = ("picture", "traced_picture", "backdrop", "accumulate", "display", "map_view", "mipmap", "probe")
     linked = call([("gpu/device/shaders", "link", [program]) for program in programs])
     assert [link(f"{program}.wgsl") for program in programs] == linked
     assert "#import" not in re.sub(r"//.*", "", linked[0])
@@ -73,6 +76,27 @@ def test_sub_samples_are_those_of_the_table(call):
     found = call([("maths/sample-pattern", "samplePositions", [count]) for count in SAMPLE_COUNTS])
     for count, positions in zip(SAMPLE_COUNTS, found, strict=True):
         np.testing.assert_array_equal(positions, sample_positions(count))
+
+
+def test_the_tree_is_refitted_to_the_same_boxes(call):
+    """Bit for bit; the room, which does not reflect, stands before the mirrors, so that numbers differ from places."""
+    scene = small_pem().scene
+    ball, knob, room, lamp = scene.parts
+    parts = (room, ball, lamp, replace(knob, mesh=replace(knob.mesh, triangles=knob.mesh.triangles[::-1].copy())))
+    scene = Scene(parts, (ReflectiveObject("balls", (1, 3)),))
+    bvh = build_bvh(scene, np.zeros(scene.triangle_offsets[-1], bool))
+    described = [
+        {
+            "reflective": part.reflective,
+            "indices": part.mesh.triangles.ravel().tolist(),
+            "positions": part.mesh.positions.ravel().tolist(),
+        }
+        for part in parts
+    ]
+    tree = {"order": bvh.order.tolist(), "leafCounts": bvh.leaf_counts.tolist()}
+    [found] = call([("gpu/playback/hit-buffers", "bvhWords", [described, tree])])
+    expected = bvh_words(scene, bvh, np.arange(scene.triangle_offsets[-1]))
+    np.testing.assert_array_equal(np.array(found, np.uint32), expected.ravel())
 
 
 def test_motion_is_drawn_as_finely_as_there_is_time(call):

@@ -33,7 +33,7 @@ export function createHitBuffers(device: GPUDevice, parts: readonly Part[], trac
 }
 
 /** Nodes, refitted to the meshes, and triangles. */
-function bvhWords(parts: readonly Part[], { order, leafCounts }: Bvh): Uint32Array {
+export function bvhWords(parts: readonly Part[], { order, leafCounts }: Bvh): Uint32Array {
   const [nodes, count] = [leafCounts.length, order.length];
   const words = new Uint32Array(8 * nodes + 12 * count);
   const floats = new Float32Array(words.buffer);
