@@ -23,3 +23,9 @@ def test_pictures_lie_inside_and_apart(sizes: list[tuple[int, int]]) -> None:
 def test_small_pictures_share_a_layer() -> None:
     """Four quarters lie in one layer."""
     assert atlas_of([(64, 64), *[(32, 32)] * 4]).size == (64, 64, 2)
+
+
+def test_layers_grow_where_there_would_be_too_many() -> None:
+    """An array has at most 256."""
+    assert atlas_of([(64, 32)] * 256).size == (64, 32, 256)
+    assert atlas_of([(64, 32)] * 1000).size == (128, 64, 250)

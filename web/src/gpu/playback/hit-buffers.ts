@@ -7,6 +7,7 @@ import { METAL, partBits, picturesOf } from "./layouts";
 const MATERIAL_WORDS = 28;
 const MOST_DEPTH = 32; // inner nodes above a leaf, as bvh.wgsl has room for
 const LARGEST_LEAF = 4;
+const MOST_LAYERS = 256; // of an array texture, WebGPU's default
 
 const DAMAGED = "bvh.bin is damaged: its tree is none over this scene's mirrors; copy it again, or bake again.";
 
@@ -147,10 +148,25 @@ function createMaterials(
 /** Column, row and layer. */
 type Place = readonly [number, number, number];
 
-/** Where pictures lie in the layers of an array texture, on shelves, the highest first: twin of reflet.render.playback.atlas. */
-function atlasOf(images: readonly ImageBitmap[]): { places: readonly Place[]; size: Place } {
+interface Atlas {
+  readonly places: readonly Place[];
+  readonly size: Place;
+}
+
+/** Where pictures lie in the layers of an array texture: twin of reflet.render.playback.atlas. */
+function atlasOf(images: readonly ImageBitmap[]): Atlas {
   const most = (side: "width" | "height") => Math.max(1, ...images.map((image) => image[side]));
-  const [width, height] = [most("width"), most("height")];
+  let [width, height] = [most("width"), most("height")];
+  for (;;) {
+    const atlas = onShelves(images, width, height);
+    if (atlas.size[2] <= MOST_LAYERS) return atlas;
+    if (width <= height) width *= 2;
+    else height *= 2;
+  }
+}
+
+/** The highest pictures first. */
+function onShelves(images: readonly ImageBitmap[], width: number, height: number): Atlas {
   const places: Place[] = images.map(() => [0, 0, 0]);
   let [x, y, layer, shelf] = [0, 0, 0, 0];
   const numbered = [...images.entries()].sort(([, a], [, b]) => b.height - a.height || b.width - a.width);
