@@ -17,6 +17,8 @@ from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
 from reflet.scene.bvh.build import build_bvh
+from reflet.scene.material import Material, Refraction
+from reflet.scene.readers.gltf.read import read_gltf
 
 EXTENSION = "REFLET_parameterized_environment_map"
 
@@ -50,6 +52,24 @@ def test_everything_comes_back(tmp_path, with_environment):
     back = open_pem(tmp_path / "pem")
     for name in ("scene", "irradiance", "space", "layers", "on_hull", "lod_bias", "sample_count", "statistics"):
         assert same(getattr(pem, name), getattr(back, name)), name
+
+
+def test_glass_comes_back(tmp_path, pem):
+    """Its powers of two and what is not: nothing is rounded; and as any other glTF reader sees it."""
+    kinds = (
+        Refraction(index=1.33, attenuation_color=(0.1, 0.7, 0.9), attenuation_distance=0.3),
+        Refraction(index=2.4, transmission=0.7, thin=True),
+    )
+    ball, knob, *rest = pem.scene.parts
+    glass = [Material("glass", (0.9, 1.0, 0.8), 0.0, 0.0, emission=(0, 3.0, 0), refraction=kind) for kind in kinds]
+    parts = (replace(ball, material=glass[0]), replace(knob, material=glass[1]), *rest)
+    scene = replace(pem.scene, parts=parts)
+    save_pem(tmp_path / "pem", replace(pem, scene=scene))
+    assert same(scene, open_pem(tmp_path / "pem").scene)
+    read = read_gltf(tmp_path / "pem" / "scene.gltf")
+    assert [part.material.refraction for part in read][:2] == list(kinds)
+    document = json.loads((tmp_path / "pem" / "scene.gltf").read_text())
+    assert {"KHR_materials_emissive_strength", "KHR_materials_volume"} < set(document["extensionsUsed"])
 
 
 def test_the_tree_comes_back(tmp_path, pem):

@@ -7,7 +7,7 @@ import pytest
 from reflet.errors import RefletError, RefletWarning
 from reflet.scene.assemble import assemble
 from reflet.scene.builtin.solids import box
-from reflet.scene.material import MIRROR, EnvironmentLight, Material, Texture
+from reflet.scene.material import MIRROR, EnvironmentLight, Material, Refraction, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.touching import touch
 from reflet.scene.scene import Part
@@ -37,6 +37,16 @@ def test_metals_reflect_up_to_roughness_030_and_the_rest_does_not():
     assert [part.reflective for part in scene.parts] == [True, True, False, False]
     assert [(item.name, item.parts) for item in scene.objects] == [("mirror", (0,)), ("brushed", (1,))]
     assert scene.object_of_part == (0, 1, -1, -1)
+
+
+def test_glass_reflects_and_rough_glass_is_said_to_be_clear():
+    clear = Material("clear", metallic=0.0, perceptual_roughness=0.0, refraction=Refraction())
+    frosted = replace(clear, name="frosted", perceptual_roughness=0.5)
+    parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate({"pane": clear, "door": frosted}.items())]
+    with pytest.warns(RefletWarning) as said:
+        scene = assemble(parts, environment=SKY)
+    assert [str(word.message) for word in said] == ["Baked as clear glass whatever their roughness: door (0.50)."]
+    assert [part.reflective for part in scene.parts] == [True, True]
 
 
 def test_names_are_forced_whatever_their_case_and_with_stars():

@@ -261,6 +261,7 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
         "lamp": '<bsdf type="null"/><emitter type="area"><rgb name="radiance" value="3"/></emitter>',
         "pane": '<bsdf type="thindielectric"/>',
         "bowl": '<bsdf type="dielectric"/>',
+        "vase": '<bsdf type="dielectric"><rgb name="specular_reflectance" value="0.5"/></bsdf>',
         "bump": f'<bsdf type="bumpmap"><texture type="checkerboard"/>{grey}</bsdf>',
         "mixed": f'<bsdf type="blendbsdf"><float name="weight" value="0.7"/>{grey}{white}</bsdf>',
         "coin": f'<bsdf type="twosided">{white}{grey}</bsdf>',
@@ -276,7 +277,7 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
         "Both sides are shown as the front is: coin.",
         "Bump and normal maps are left out: bump.",
         "Clear coats of principled materials are left out: coat.",
-        "Glass becomes opaque and black: pane, bowl.",
+        "Glass reflects as much as its index of refraction says: vase.",
         "Lights that mirrors cannot show are left out: bulb, directional 2, spot 3.",
         "Of two blended materials the heavier one is shown alone: mixed.",
         "Partly transparent shapes are shown opaque: leaf.",
@@ -289,6 +290,30 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
     assert materials["mixed"].base_color == pytest.approx((0.9, 0.9, 0.9))
     assert materials["coin"].base_color == pytest.approx((0.9, 0.9, 0.9)) and materials["coin"].double_sided
     assert materials["ball"].base_color == (1.0, 1.0, 1.0)
+
+
+def test_glass_is_read_with_its_index_and_tint(tmp_path: Path) -> None:
+    inside = f"""
+    <shape type="sphere" id="clear"><bsdf type="dielectric"/></shape>
+    <shape type="sphere" id="water"><bsdf type="dielectric"><string name="int_ior" value="water"/></bsdf></shape>
+    <shape type="sphere" id="green"><bsdf type="dielectric"><float name="int_ior" value="3.0"/>
+      <float name="ext_ior" value="1.5"/><rgb name="specular_transmittance" value="0.2, 0.9, 0.3"/></bsdf></shape>
+    <shape type="sphere" id="pane"><bsdf type="thindielectric"><float name="int_ior" value="1.6"/></bsdf></shape>
+    <shape type="sphere" id="frosted"><bsdf type="roughdielectric"><float name="alpha" value="0.25"/></bsdf></shape>
+    {SKY}"""
+    scene, said = read(tmp_path, inside)
+    assert said == ["Baked as clear glass whatever their roughness: frosted (0.50)."]
+    found = {part.name: part for part in scene.parts}
+    assert all(part.reflective and part.material.double_sided for part in scene.parts)
+    glass = {name: part.material.refraction for name, part in found.items()}
+    # Mitsuba's own defaults: BK7 in air
+    assert glass["clear"] is not None and glass["clear"].index == pytest.approx(1.5046 / 1.000277, rel=1e-6)
+    assert glass["water"] is not None and glass["water"].index == pytest.approx(1.333 / 1.000277, rel=1e-6)
+    assert glass["green"] is not None and glass["green"].index == pytest.approx(2.0, rel=1e-6)
+    assert glass["pane"] is not None and glass["pane"].thin and not glass["clear"].thin
+    assert found["green"].material.base_color == pytest.approx((0.2, 0.9, 0.3))
+    assert found["clear"].material.base_color == (1.0, 1.0, 1.0)
+    assert found["frosted"].material.perceptual_roughness == pytest.approx(0.5)
 
 
 def test_an_environment_given_replaces_the_files_own(tmp_path: Path) -> None:

@@ -16,11 +16,12 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 from reflet.pem.arrays import FLOAT, UNSIGNED_INT, BufferWriter, read_array
 from reflet.pem.layout import SCENE_BUFFER
-from reflet.scene.material import Material, Texture, Vec3
+from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 
 EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
+IOR, TRANSMISSION, VOLUME = "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"
 _VERTEX_DATA, _INDICES = 34962, 34963
 _REPEAT, _CLAMP = 10497, 33071
 _COMPONENTS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
@@ -114,6 +115,7 @@ class _SceneWriter:
             "roughnessFactor": material.perceptual_roughness,
         }
         out: dict[str, Any] = {"name": material.name, "pbrMetallicRoughness": surface}
+        extensions = {} if material.refraction is None else _refraction_extensions(material.refraction)
         if material.base_color_texture_srgb is not None:
             surface["baseColorTexture"] = self._texture(material.base_color_texture_srgb)
         if material.metallic_roughness_texture is not None:
@@ -127,8 +129,10 @@ class _SceneWriter:
             strength = max(1.0, float(2.0 ** np.ceil(np.log2(max(material.emission)))))
             out["emissiveFactor"] = [e / strength for e in material.emission]
             if strength > 1.0:
-                out["extensions"] = {EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
-                self.document["extensionsUsed"] = [EMISSIVE_STRENGTH]
+                extensions[EMISSIVE_STRENGTH] = {"emissiveStrength": strength}
+        if extensions:
+            out["extensions"] = extensions
+            self.document["extensionsUsed"] = sorted({*self.document.get("extensionsUsed", ()), *extensions})
         if material.double_sided:
             out["doubleSided"] = True
         self.document["materials"].append(out)
@@ -151,6 +155,31 @@ class _SceneWriter:
             textures.append({"source": len(images) - 1, "sampler": samplers.index(sampler)})
             self.texture_numbers[id(texture)] = len(textures) - 1
         return {"index": self.texture_numbers[id(texture)]}
+
+
+def _refraction_extensions(refraction: Refraction) -> dict[str, Any]:
+    """What is not ``thin`` is as thick as its mesh: the volume's own thickness only says that there is one."""
+    out = {IOR: {"ior": refraction.index}, TRANSMISSION: {"transmissionFactor": refraction.transmission}}
+    if refraction.thin:
+        return out
+    volume: dict[str, Any] = {"thicknessFactor": 1.0}
+    if np.isfinite(refraction.attenuation_distance):
+        volume["attenuationColor"] = list(refraction.attenuation_color)
+        volume["attenuationDistance"] = refraction.attenuation_distance
+    return out | {VOLUME: volume}
+
+
+def _read_refraction(extensions: dict[str, Any]) -> Refraction | None:
+    if TRANSMISSION not in extensions:
+        return None
+    volume = extensions.get(VOLUME, {})
+    return Refraction(
+        index=extensions[IOR]["ior"],
+        transmission=extensions[TRANSMISSION]["transmissionFactor"],
+        attenuation_color=_vec3(volume.get("attenuationColor", (1.0, 1.0, 1.0))),
+        attenuation_distance=volume.get("attenuationDistance", float("inf")),
+        thin=VOLUME not in extensions,
+    )
 
 
 def _read_accessor(folder: Path, document: dict[str, Any], number: int) -> Shaped[np.ndarray, "..."]:
@@ -205,6 +234,7 @@ def _read_material(item: dict[str, Any], textures: list[Texture]) -> Material:
         normal_texture=texture(normal),
         normal_scale=normal["scale"] if normal else 1.0,
         emission_texture_srgb=texture(item.get("emissiveTexture")),
+        refraction=_read_refraction(item.get("extensions", {})),
     )
 
 

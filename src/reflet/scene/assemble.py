@@ -32,9 +32,10 @@ def assemble(
     """The scene these parts make.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2) and smooth (mean perceptual roughness at
-    most 0.3), or are named in ``reflect``: case does not count, ``*`` matches anything. Whatever their roughness they
-    become mirrors, with a RefletWarning where it is not 0. Parts that touch form one object. Names are made unique by
-    _2, _3…; zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
+    most 0.3), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches anything. Whatever
+    their roughness they become mirrors or clear glass, with a RefletWarning where it is not 0. Parts that touch form
+    one object. Names are made unique by _2, _3…; zero-area triangles and unused vertices are dropped, the former with a
+    RefletWarning.
 
     Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
     nothing, scenes where nothing reflects, and scenes without any light.
@@ -141,21 +142,25 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
         if not matches:
             raise RefletError(f"No part is named {pattern}; --reflect can name {names}.")
         forced |= matches
-    glossy, chosen = [], set(forced)
+    chosen = set(forced)
+    glossy: list[str] = []
+    frosted: list[str] = []
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
-        if metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS:
+        glass = part.material.refraction is not None
+        if glass or (metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS):
             chosen.add(p)
         if p in chosen and roughness > 1e-3:
-            glossy.append(f"{part.name} ({roughness:.2f})")
+            (frosted if glass else glossy).append(f"{part.name} ({roughness:.2f})")
     if not chosen:
         raise RefletError(
-            f"No part reflects (metallic, with a roughness of at most {MIRROR_ROUGHNESS}); "
+            f"No part reflects (metallic, with a roughness of at most {MIRROR_ROUGHNESS}, or glass); "
             f"choose with --reflect NAME from {names}."
         )
-    if glossy:
-        listed = ", ".join(glossy[:8]) + (", …" if len(glossy) > 8 else "")
-        warnings.warn(f"Baked as perfect mirrors whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
+    for what, rough in (("perfect mirrors", glossy), ("clear glass", frosted)):
+        if rough:
+            listed = ", ".join(rough[:8]) + (", …" if len(rough) > 8 else "")
+            warnings.warn(f"Baked as {what} whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
     return chosen
 
 

@@ -1,9 +1,9 @@
-"""Surface materials: glTF's metallic-roughness model."""
+"""Surface materials: glTF's metallic-roughness model, and glass."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Float32, Float64, UInt8
 
 Vec3 = tuple[float, float, float]
 
@@ -18,12 +18,41 @@ class Texture:
 
 
 @dataclass(frozen=True)
+class Refraction:
+    """What lets light through: glass, water.
+
+    ``index`` is that of the inside over that of the outside. Of the light that is not reflected, the share
+    ``transmission`` goes through, tinted by the material's base colour at each surface; the rest makes the material
+    diffuse. Inside, white light takes on ``attenuation_color`` over ``attenuation_distance`` metres, infinite where
+    nothing is lost. A ``thin`` sheet has no inside: light goes straight through it, and what its two faces reflect to
+    and fro is counted [Mitsuba's thin dielectric]; 2R/(1 + R) of it is reflected.
+    """
+
+    index: float = 1.5
+    transmission: float = 1.0
+    attenuation_color: Vec3 = (1.0, 1.0, 1.0)
+    attenuation_distance: float = float("inf")
+    thin: bool = False
+
+    @property
+    def absorption(self) -> Float64[np.ndarray, "3"]:
+        """Of the inside, per metre: over t metres light is multiplied by exp(-absorption·t). [Beer52]"""
+        if self.thin:
+            return np.zeros(3)
+        return -np.log(np.maximum(self.attenuation_color, LEAST_ATTENUATION)) / self.attenuation_distance
+
+
+LEAST_ATTENUATION = 1e-6  # of a channel over the attenuation distance: black would be infinitely dense
+
+
+@dataclass(frozen=True)
 class Material:
     """glTF 2.0 metallic-roughness, with emission as radiance.
 
     ``base_color`` and ``emission`` are linear Rec. 709; emission includes KHR_materials_emissive_strength. The base
     colour texture and the emission texture are sRGB, the others linear; the metallic-roughness texture holds roughness
-    in green and metallic in blue.
+    in green and metallic in blue. What has ``refraction`` is no metal, whatever ``metallic`` says, and is seen from
+    both sides: ``double_sided`` is then true.
     """
 
     name: str = ""
@@ -37,6 +66,11 @@ class Material:
     normal_texture: Texture | None = None
     normal_scale: float = 1.0
     emission_texture_srgb: Texture | None = None
+    refraction: Refraction | None = None
+
+    def __post_init__(self) -> None:
+        if self.refraction is not None:
+            object.__setattr__(self, "double_sided", True)
 
 
 MIRROR = Material(name="mirror", base_color=(0.65, 0.65, 0.65), metallic=1.0, perceptual_roughness=0.0)

@@ -14,7 +14,7 @@ class Doubts:
         self._names: dict[str, list[str]] = {}
 
     def add(self, what: str, name: str) -> None:
-        """``what`` is the sentence without its full stop, such as "Glass becomes opaque and black"."""
+        """``what`` is the sentence without its full stop, such as "Clear coats are left out"."""
         names = self._names.setdefault(what, [])
         if name not in names:
             names.append(name)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.errors import RefletError
-from reflet.scene.material import Material, Vec3
+from reflet.scene.material import Material, Refraction, Vec3
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
 from reflet.trace.mitsuba_files.mitsuba_textures import Color, Values
@@ -104,8 +104,7 @@ def _surface(bsdf: Node, values: Values) -> dict[str, Any]:
                 "perceptual_roughness": values.number(bsdf, "roughness", 0.5),
             }
         case "dielectric" | "thindielectric" | "roughdielectric":
-            values.doubts.add("Glass becomes opaque and black", values.name)
-            return {**_BLACK, "perceptual_roughness": 0.0, "double_sided": True}
+            return _glass(bsdf, values)
     raise RefletError(
         f"The BSDF {bsdf.plugin} of {values.name} has no counterpart; put one of these in its place: {READABLE}."
     )
@@ -118,6 +117,19 @@ def _roughness(bsdf: Node, values: Values) -> float:
     if len(set(alphas)) > 1:
         values.doubts.add("Brushed metals are shown as rough along as across", values.name)
     return max(sum(alphas) / len(alphas), 0.0) ** 0.5
+
+
+def _glass(bsdf: Node, values: Values) -> dict[str, Any]:
+    indices = {key: value for key, value in bsdf.values.items() if key in ("int_ior", "ext_ior")}
+    smooth = Node("bsdf", "dielectric", "", indices).built(f"the glass of {values.name}")
+    if values.color(bsdf, "specular_reflectance", 1.0) != Color((1.0, 1.0, 1.0)):
+        values.doubts.add("Glass reflects as much as its index of refraction says", values.name)
+    return {
+        "color": values.color(bsdf, "specular_transmittance", 1.0),
+        "metallic": 0.0,
+        "perceptual_roughness": _roughness(bsdf, values) if bsdf.plugin == "roughdielectric" else 0.0,
+        "refraction": Refraction(index=float(mi.traverse(smooth)["eta"]), thin=bsdf.plugin == "thindielectric"),
+    }
 
 
 def _doubt_principled(bsdf: Node, values: Values) -> None:

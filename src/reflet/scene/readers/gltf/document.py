@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from reflet.scene.readers.gltf.container import Container
-from reflet.scene.readers.gltf.notes import Notes
 from reflet.scene.readers.gltf.values import DamagedError, JsonObject, children, json_object
+from reflet.scene.readers.notes import Notes
 
 _COUNTED = ("meshes", "nodes", "materials", "textures", "images", "animations", "cameras", "scenes")
 

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from reflet.scene.material import MIRROR, Material, Texture, Vec3
 from reflet.scene.readers.gltf.document import Document
+from reflet.scene.readers.gltf.glass import with_glass
 from reflet.scene.readers.gltf.images import Textures
 from reflet.scene.readers.gltf.specular_glossiness import converted_textures, metallic_roughness
 from reflet.scene.readers.gltf.values import (
@@ -80,6 +81,7 @@ class Materials:
             normal_scale=1.0 if bumps is None else number(bumps, "scale", 1.0),
             emission_texture_srgb=self._textures.texture(glow),
         )
+        material = with_glass(material, source, self._document.notes, index)
         self._note_transparency(source, material, alpha, index)
         shown = [info for info in (*colors, bumps, glow) if info is not None and self._textures.texture(info)]
         uses = [self._use(info) for info in shown]
