@@ -103,7 +103,7 @@ class DeviceScene:
                 texels.append(np.ascontiguousarray(texture.pixels).view(np.uint32).ravel())
             return known[id(texture)]
 
-        colors, emissions, slots, flags = [], [], [], []
+        colors, emissions, slots, flags, glass, absorption = [], [], [], [], [], []
         for part, owner in zip(self.scene.parts, self.scene.object_of_part, strict=True):
             m = part.material
             normal_texture = m.normal_texture if part.mesh.tangents is not None else None
@@ -113,6 +113,12 @@ class DeviceScene:
             four = (m.base_color_texture_srgb, m.metallic_roughness_texture, normal_texture, m.emission_texture_srgb)
             slots.append([slot(texture if textured else None) for texture in four])
             flags.append(DOUBLE_SIDED * m.double_sided | (owner + 1) << OBJECT_SHIFT)
+            refraction = m.refraction if owner >= 0 else None
+            kind = (0, 0, 0) if refraction is None else (refraction.index, refraction.transmission, refraction.thin)
+            glass.append((*kind, 0))
+            absorption.append((0,) * 4 if refraction is None else (*refraction.absorption, 0))
+        self.has_glass = any(index > 0 for index, *_ in glass)
+        self.part_glass, self.part_absorption = _floats(np.array(glass)), _floats(np.array(absorption))
         self.part_color_metallic = _floats(np.array(colors))
         self.part_emission_scale = _floats(np.array(emissions))
         self.part_textures = mi.UInt32(np.array(slots, np.uint32).ravel())

@@ -9,7 +9,7 @@ import mitsuba as mi
 
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells
-from reflet.trace.light.radiance import arrive, leave, radiance
+from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.surface import OFFSET
 
 
@@ -54,7 +54,7 @@ def light_from(device: DeviceScene, met: Met, direction, active):  # type: ignor
     surface, light = arrive(device, met.triangle, met.uv, direction, active, met.valid)
     if len(device.scene.objects) > 1 and not device.through_all:
         goes_on = active & surface.reflects
-        light += dr.select(goes_on, surface.fresnel * radiance(device, leave(surface), goes_on), 0.0)
+        light += dr.select(goes_on, sent_on(device, surface, direction, goes_on), 0.0)
     return light
 
 

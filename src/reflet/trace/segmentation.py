@@ -12,7 +12,7 @@ from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import SegmentedLayers, Shells
-from reflet.trace.light.radiance import arrive, leave, radiance
+from reflet.trace.light.radiance import arrive, kept, leave, medium_after, pass_through, radiance, sent_on
 from reflet.trace.peel import Met, first_met, peeled
 from reflet.trace.sampling import block_means
 from reflet.trace.visible import candidates
@@ -30,6 +30,9 @@ def segmented_layers(
     Samples are a shifted Hammersley set per pixel, from ``seed`` and the pixel alone: the same call gives the same
     bytes in any process. Without ``surroundings`` that image is black and only the objects' pixels are traced.
     ``shells`` divide the distant layer of each object.
+    Of glass the distant layer and alpha are those of the mirrored ray, as of a mirror; all that comes through it is
+    local light, over its reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly
+    shows, and what is inferred from the distant layer serves it like a mirror.
     Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or of
     every object as the device says.
     """
@@ -100,7 +103,9 @@ def _trace_batch(
     at_met, light_met = arrive(device, met.prim_index, met.prim_uv, ray.d, active, met.is_valid())
     is_own = at_met.is_objects if device.through_all else at_met.object == own_index
     own = active & met.is_valid() & is_own  # backs too: they are local, opaque and black
-    local = light_met + at_met.fresnel * radiance(device, leave(at_met), own & at_met.reflects)
+    medium = medium_after(surface, mi.Bool(False), 0.0)  # of the mirrored ray: glass may be seen from within
+    local = light_met + sent_on(device, at_met, ray.d, own & at_met.reflects, medium)
+    local *= kept(device, medium, met.t, met.is_valid())
 
     # What a ray meets without its own object; if it does not meet that, it has met it already.
     behind = first_met(device, index, ray, own)
@@ -117,6 +122,11 @@ def _trace_batch(
 
     alpha = dr.select(own, mi.Float(1.0), 0.0)
     local = dr.select(own, local, 0.0)
+    if device.has_glass:
+        passes = active & surface.passes
+        beyond = radiance(device, pass_through(surface), passes, medium_after(surface, mi.Bool(True), 0.0))
+        share = surface.transmittance * (1.0 / surface.fresnel - 1.0)
+        local += dr.select(passes, share * beyond, 0.0)
     part = dr.select(active, surface.part, NOTHING)
     outputs = [*surface.glow, *surface.fresnel, *distant, *local, alpha]
     for shell in seen_shells:

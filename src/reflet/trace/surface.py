@@ -7,6 +7,7 @@ import drjit as dr
 import mitsuba as mi
 
 from reflet.trace.device_scene import DOUBLE_SIDED, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
+from reflet.trace.glass import glass_reflectance, refracted
 
 BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
 OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest coordinate there
@@ -21,6 +22,9 @@ class Surface:
     ray without mirroring: emission, and diffuse colour times radiosity. ``reflects`` marks visible reflective parts,
     whose Fresnel reflectance and mirrored ray are ``fresnel`` and ``mirrored``. The unit geometric normal faces the
     ray, the interpolated ``smooth_normal`` is as the mesh has it. A new ray starts ``offset`` metres off the surface.
+
+    ``passes`` marks what is of glass and reflects, where scenes have any: what is not reflected goes on along
+    ``refracted``, times ``transmittance``. ``absorption``, per metre, is that of the inside; 0 of thin sheets.
     """
 
     visible: Any
@@ -38,6 +42,10 @@ class Surface:
     glow: Any
     fresnel: Any
     mirrored: Any
+    passes: Any = False
+    refracted: Any = None
+    transmittance: Any = 0.0
+    absorption: Any = 0.0
 
 
 def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface:  # type: ignore[no-untyped-def]
@@ -90,6 +98,20 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     mirrored = direction - 2.0 * dr.dot(direction, normal) * normal
     above = dr.dot(mirrored, geometric)
     mirrored = dr.select(above < BEND, dr.normalize(mirrored + (BEND - above) * geometric), mirrored)
+    passes, glass = mi.Bool(False), {}
+    if device.has_glass:
+        table = dr.gather(mi.Vector4f, device.part_glass, part, valid)
+        index, transmission, thin = table.x, table.y, table.z > 0.5
+        passes = reflects & (index > 0.0)
+        index = dr.select(passes, index, 1.0)
+        diffuse = dr.select(passes, base_color * (1.0 - transmission), diffuse)
+        fresnel = dr.select(passes, mi.Color3f(glass_reflectance(cosine, index, from_behind, thin)), fresnel)
+        dense = dr.gather(mi.Vector4f, device.part_absorption, part, valid)
+        glass = {
+            "refracted": refracted(direction, normal, geometric, index, from_behind, thin),
+            "transmittance": base_color * transmission,
+            "absorption": dr.select(passes, mi.Color3f(dense.x, dense.y, dense.z), 0.0),
+        }
     radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible)
     return Surface(
         visible=visible,
@@ -107,6 +129,8 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         glow=dr.select(visible, emission + diffuse * radiosity, 0.0),
         fresnel=fresnel,
         mirrored=mirrored,
+        passes=passes,
+        **glass,
     )
 
 

@@ -17,7 +17,7 @@ from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.emitters import Emitters
 from reflet.trace.light.mesh_colors import SampleSites, sample_sites
-from reflet.trace.light.radiance import arrive, leave, radiance
+from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.sampling import LANES, block_means, shifts
 from reflet.trace.surface import OFFSET, surface_at
 
@@ -152,7 +152,7 @@ class _Gatherer:
             by_sampling = self.emitters.density_of_escape(direction, escaped)
             light -= dr.select(escaped, seen * (by_sampling / dr.maximum(chance + by_sampling, 1e-20)), 0.0)
         if device.scene.objects:
-            caustic = surface.fresnel * radiance(device, leave(surface), surface.reflects)
+            caustic = sent_on(device, surface, direction, surface.reflects)
             light += dr.select(surface.reflects, dr.minimum(caustic, limit), 0.0)
         return light
 

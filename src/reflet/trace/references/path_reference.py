@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from reflet.errors import RefletWarning
-from reflet.scene.material import Material, Texture
+from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
@@ -23,8 +23,8 @@ ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0
 
 
 class PathReference:
-    """A scene with Mitsuba's shapes, textures and emitters, its diffuse BSDFs, and a mirror with the project's Fresnel
-    term: ``scene`` is Mitsuba's. Normal maps are left out, with a RefletWarning."""
+    """A scene with Mitsuba's shapes, textures and emitters, its diffuse BSDFs and glass, and a mirror with the
+    project's Fresnel term: ``scene`` is Mitsuba's. Normal maps are left out, with a RefletWarning."""
 
     def __init__(self, scene: Scene, *, variant: str = "llvm_ad_rgb") -> None:
         use_variant(variant)
@@ -39,13 +39,14 @@ class PathReference:
         if scene.environment is not None:
             described["environment"] = environment_emitter(scene.environment.radiance)
         self.scene = mi.load_dict(described)
+        self._kind = "volpath" if any(_absorbs(part) for part in scene.parts) else "path"
 
     def picture(
         self, camera: Camera, *, spp: int, max_depth: int = 32, seed: int = 0
     ) -> Float32[np.ndarray, "height width 3"]:
         """Path traced radiance with ``spp`` independent samples a pixel and box filter; ``max_depth`` counts a path's
         segments, 1 being what the camera sees emit."""
-        integrator = mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": max_depth + 1})
+        integrator = mi.load_dict({"type": self._kind, "max_depth": max_depth, "rr_depth": max_depth + 1})
         sensor = self.sensor(camera, spp)
         image = mi.render(self.scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed)
         return np.asarray(image, np.float32).reshape(camera.height, camera.width, 3)
@@ -58,7 +59,7 @@ class PathReference:
         self, origin: Float32[np.ndarray, "rays 3"], direction: Float32[np.ndarray, "rays 3"], *, max_depth: int = 32
     ) -> Float32[np.ndarray, "rays 3"]:
         """One path's radiance along each ray; exact where nothing but emitters and perfect mirrors is met."""
-        integrator = mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": max_depth + 1})
+        integrator = mi.load_dict({"type": self._kind, "max_depth": max_depth, "rr_depth": max_depth + 1})
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(0, len(origin))
         ray = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
@@ -99,6 +100,12 @@ def _shape(part: Part, mesh: Mesh) -> "mi.Mesh":
     material = part.material
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(_bsdf(part))
+    if _absorbs(part):
+        absorption = material.refraction.absorption  # type: ignore[union-attr]
+        densest = float(absorption.max())
+        density = {"type": "rgb", "value": (absorption / densest).tolist()}
+        medium = {"type": "homogeneous", "albedo": 0.0, "sigma_t": density, "scale": densest}
+        properties["interior"] = mi.load_dict(medium)
     if any(material.emission):
         radiance = _texture(material.emission, material.emission_texture_srgb, mesh)
         properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
@@ -120,6 +127,11 @@ def _shape(part: Part, mesh: Mesh) -> "mi.Mesh":
     return shape
 
 
+def _absorbs(part: Part) -> bool:
+    refraction = part.material.refraction
+    return part.reflective and refraction is not None and bool(refraction.absorption.any())
+
+
 def _turned(mesh: Mesh) -> Mesh:
     """The mesh seen from behind, as far behind its front as rays can tell apart."""
     apart = APART * float(np.ptp(mesh.positions, axis=0).max())
@@ -129,6 +141,8 @@ def _turned(mesh: Mesh) -> Mesh:
 def _bsdf(part: Part) -> dict[str, Any]:
     material = part.material
     color = _texture(material.base_color, material.base_color_texture_srgb, part.mesh)
+    if part.reflective and material.refraction is not None:
+        return _glass(material.refraction, material.base_color, part)
     if part.reflective:
         return {
             "type": "reflet_mirror",
@@ -138,6 +152,14 @@ def _bsdf(part: Part) -> dict[str, Any]:
         }
     diffuse = {"type": "diffuse", "reflectance": color}
     return {"type": "twosided", "bsdf": diffuse} if material.double_sided else diffuse
+
+
+def _glass(refraction: Refraction, base_color: Vec3, part: Part) -> dict[str, Any]:
+    """Mitsuba's own; without the diffuse light of what lets only some of it through."""
+    r, g, b = (refraction.transmission * c for c in base_color)
+    tint = _texture((r, g, b), part.material.base_color_texture_srgb, part.mesh)
+    kind = "thindielectric" if refraction.thin else "dielectric"
+    return {"type": kind, "int_ior": refraction.index, "ext_ior": 1.0, "specular_transmittance": tint}
 
 
 def _texture(factor: tuple[float, float, float], texture: Texture | None, mesh: Mesh) -> dict[str, Any]:
