@@ -40,7 +40,7 @@ def small_work() -> Iterator[None]:
 
 
 def small_bake(scene: Scene, out: Path, space: ParameterSpace, **options) -> ParameterizedEnvironmentMap:  # type: ignore[no-untyped-def]
-    options = {"em_size": 16, "spp": 4, "sample_count": 4, "joint_spacing_deg": 180.0, **options}
+    options = {"em_size": 16, "spp": 4, "sample_count": 4, "joint_spacing_deg": 180.0, "local": "ellipsoid", **options}
     return open_pem(bake(scene, out, space, **options))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_scenes import beside_a_block, in_a_room, orbit
+from small_scenes import beside_a_block, in_a_room, orbit, under_the_sky
 
 from reflet.infer.solve import SolverSettings
 from reflet.pem.container import open_pem
@@ -17,7 +17,11 @@ from reflet.pipelines.baking import joint_set
 from reflet.pipelines.compare import _static_shells, compare, dome_points
 from reflet.render.playback.renderer import Renderer
 from reflet.report.comparison import METHODS, PLACES, Comparison
-from reflet.scene.scene import Scene
+from reflet.scene.assemble import assemble
+from reflet.scene.material import MIRROR
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import sphere_mesh
+from reflet.scene.scene import Part, Scene
 from reflet.trace.tracer import Tracer
 
 OWN = ["layered", "distant-only", "distant-only-static", "static-shells"]
@@ -33,7 +37,7 @@ def small_work() -> Iterator[None]:
 
 
 def pem_of(scene: Scene, folder: Path, views: int, **options) -> ParameterizedEnvironmentMap:  # type: ignore[no-untyped-def]
-    options = {"em_size": 16, "spp": 4, "sample_count": 4, "joint_spacing_deg": 180.0, **options}
+    options = {"em_size": 16, "spp": 4, "sample_count": 4, "joint_spacing_deg": 180.0, "local": "ellipsoid", **options}
     return open_pem(bake(scene, folder, orbit(views, image_size=24), **options))
 
 
@@ -99,3 +103,20 @@ def test_static_shells_of_a_map_that_turns_with_the_camera_are_those_of_a_cube(t
     error = np.abs(frames[0] - frames[1])[..., :3][frames[0][..., 3] > 0.0]
     assert len(error) > 200 and frames[0].max() > 0.5
     assert error.mean() < 0.05  # the other's texels; in another frame it would be 0.2
+
+
+def test_a_pem_that_traces_its_own_mesh_is_measured_beside_the_papers_layers(tmp_path: Path) -> None:
+    """A bowl, which shows much of itself; static for the comparison's sake."""
+    mesh = sphere_mesh(0.3, (0.0, 0.0, 0.0), 12)
+    bowl = mesh.positions[mesh.triangles].mean(1)[:, 1] < 0.05
+    inside = Mesh(mesh.positions, -mesh.normals, np.ascontiguousarray(mesh.triangles[bowl][:, ::-1]))
+    scene = assemble([Part("bowl", inside, MIRROR)], environment=under_the_sky().environment)
+    pem = pem_of(scene, tmp_path / "pem", 0, static=True, local="traced")
+    comparison = compare(pem, samples=4, reference_spp=16, trace_spp=4)
+    assert set(METHODS) == set(comparison.methods)  # static maps are a base as well
+    assert comparison.played == "traced"
+    traced, static, layered = (psnr(comparison, method) for method in ("traced", "traced-static", "layered"))
+    for where, value in traced.items():
+        assert value == pytest.approx(static[where], abs=0.3)  # of half floats, and of probes traced twice
+        assert value > psnr(comparison, "static-shells")[where] + 3.0  # most of the bowl shows the bowl
+    assert traced["above-20"] > layered["above-20"] + 3.0

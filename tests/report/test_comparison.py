@@ -80,7 +80,7 @@ def test_table_names_every_method_and_marks_no_place_that_was_not_measured(compa
         assert words in table
         assert f"{comparison.result('sample', method).psnr_display:.2f}" in table
     first = tuple(result for result in comparison.results if result.where == "sample")
-    only = Comparison(first, comparison.exhibits[:1], {}, *(2 * [comparison.traced_picture]))
+    only = Comparison(first, comparison.exhibits[:1], {}, *(2 * [comparison.reference_picture]))
     assert PLACES["sample"] in comparison_table(only)
     assert PLACES["between"] not in comparison_table(only)
 

@@ -28,7 +28,7 @@ from reflet.pem.pem import MOST_SHELLS
 @click.option(
     "--views",
     type=click.IntRange(0),
-    help="Number of viewpoints with maps of their own, by default 3; of 0 all light is that of the joint set.",
+    help="Number of viewpoints with maps of their own: by default none where local light is traced, else 3.",
 )
 @click.option(
     "--spacing",
@@ -82,10 +82,11 @@ from reflet.pem.pem import MOST_SHELLS
 )
 @click.option(
     "--local",
-    type=click.Choice(list(SHAPES)),
-    default="ellipsoid",
+    type=click.Choice(["traced", *SHAPES]),
+    default="traced",
     show_default=True,
-    help="Shape around a part, for self-reflections.",
+    help="How parts show one another in their mirrors: their own mesh traced, or, as in the paper, maps around each "
+    "part, on a shape.",
 )
 @click.option("--reflect", multiple=True, metavar="NAME", help="A part to bake as a mirror; may be given repeatedly.")
 @variant_option
@@ -118,8 +119,8 @@ def bake(
     resume: bool,
     out: Path,
 ) -> None:
-    """Traces SCENE from all around and infers the environment maps that show it best, from viewpoints on an orbit above
-    all.
+    """Traces SCENE from all around and infers the environment maps that show it best from everywhere; viewpoints may
+    have maps of their own.
 
     SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Parts of smooth metal
     reflect; a mesh without a material is a mirror. What is not given is chosen to frame the reflecting object.
@@ -127,12 +128,11 @@ def bake(
     \b
     Examples:
       reflet bake teapot-room --out teapot
-      reflet bake ball.glb --environment studio.hdr --views 24 --spacing 5 --out ball
+      reflet bake ball.glb --environment studio.hdr --out ball
       reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
       reflet bake shop.glb --reflect 'Vase*' --elevation 15 --out vase
       reflet bake shop.glb --static --out quick
-      reflet bake shop.glb --views 0 --out all-around
-      reflet bake shop.glb --distant box --out as-in-the-paper
+      reflet bake shop.glb --distant box --local ellipsoid --views 24 --spacing 5 --out as-in-the-paper
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
     """
@@ -143,7 +143,7 @@ def bake(
         from reflet.pem.reader import read_statistics
         from reflet.pipelines.bake import bake as bake_scene
         from reflet.pipelines.load import load_scene
-        from reflet.report.distant_choice import distant_choice
+        from reflet.report.distant_choice import base_choice, distant_choice
         from reflet.scene.views.framing import frame_orbit
         from reflet.scene.views.parameter_space import orbit_space
 
@@ -162,7 +162,7 @@ def bake(
         bake_scene(
             loaded,
             out,
-            orbit_space(orbit, 3 if views is None else views, spacing),
+            orbit_space(orbit, views if views is not None else 0 if local == "traced" else 3, spacing),
             parameterization=parameterization,
             em_size=em_size,
             spp=spp,
@@ -178,4 +178,6 @@ def bake(
     names, statistics = read_statistics(out)
     for name, choice in zip(names, statistics["distant"], strict=True):
         click.echo(distant_choice(name, choice))
+    if "base" in statistics:
+        click.echo(base_choice(statistics["base"]))
     click.echo(f"{out} is ready; look at it with: {shlex.join(['reflet', 'view', str(out)])}")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import VARIANTS, pem_argument, samples_option, variant_option
+from reflet.cli.options import VARIANTS, asked_samples, pem_argument, samples_option, variant_option
 from reflet.cli.progress import progress_bar
 
 
@@ -28,17 +28,17 @@ def compare(
     figure: Path | None,
     page: Path | None,
     images: Path | None,
-    samples: str | None,
+    samples: str,
     spp: int,
     rivals: bool,
     variant: str,
 ) -> None:
     """Ray-traces viewpoints of its own and measures what each method makes of them on the object's pixels.
 
-    At the samples, halfway between them, 10° and 20° above, and all around: the layered PEM; its distant layer alone,
-    as played, of the joint set, and of static shells; static shells for everything; single-layer PEMs of four
-    geometries; a static environment map from the object's centre, and the same projected on a box. Display PSNR, SSIM
-    and FLIP, with error images in one figure.
+    At the samples, halfway between them, 10° and 20° above, and all around: the PEM; static shells instead, with the
+    object's own mesh traced and without; its distant layer alone, as played, of the joint set, and of static shells;
+    the paper's layered PEM; single-layer PEMs of four geometries; a static environment map from the object's centre,
+    and the same projected on a box. Display PSNR, SSIM and FLIP, with error images in one figure.
 
     \b
     Examples:
@@ -68,7 +68,7 @@ def compare(
                 check_writable(written)
         comparison = compare_pem(
             opened,
-            samples=int(samples) if samples else None,
+            samples=asked_samples(samples),
             reference_spp=spp,
             variant=VARIANTS[variant],
             rivals=rivals,

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
-from reflet.scene.views.sample_pattern import SAMPLE_COUNTS
+from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, SAMPLE_COUNTS, Adaptive
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
@@ -21,13 +21,13 @@ variant_option = click.option(
     show_default=True,
     help="Trace on the CPU (llvm) or on an NVIDIA GPU (cuda).",
 )
-SAMPLES = click.Choice(["adaptive", *map(str, SAMPLE_COUNTS)])
-SAMPLES_HELP = "Samples a pixel; adaptive takes 16, and 64 where those disagree."
+_SAMPLES: dict[str, int | Adaptive] = {"adaptive": AT_REST, "motion": IN_MOTION, **{str(n): n for n in SAMPLE_COUNTS}}
 samples_option = click.option(
     "--samples",
-    type=click.Choice(["4", "16"]),
-    default=None,
-    help="Samples a pixel; by default those that the maps were inferred for.",
+    type=click.Choice(list(_SAMPLES)),
+    default="adaptive",
+    show_default=True,
+    help="Samples a pixel; adaptive: 16, and 64 where those disagree, as the viewer at rest; motion: 4, and 16.",
 )
 PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(
@@ -61,9 +61,9 @@ _MAP_FILES = (
 )
 
 
-def asked_samples(samples: str) -> int | Literal["adaptive"]:
-    """What `SAMPLES` chose, as renderers take it."""
-    return "adaptive" if samples == "adaptive" else int(samples)
+def asked_samples(samples: str) -> int | Adaptive:
+    """What `samples_option` chose, as renderers take it."""
+    return _SAMPLES[samples]
 
 
 def map_file_options(verb: Callable[..., None]) -> Callable[..., None]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import SAMPLES, SAMPLES_HELP, asked_samples, pem_argument
+from reflet.cli.options import asked_samples, pem_argument, samples_option
 from reflet.cli.progress import progress_bar
 
 
@@ -14,7 +14,7 @@ from reflet.cli.progress import progress_bar
 @click.option("--elevation", type=click.FloatRange(-90, 90), help="Degrees; by default that of the baked orbit.")
 @click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
 @click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
-@click.option("--samples", type=SAMPLES, default="adaptive", show_default=True, help=SAMPLES_HELP)
+@samples_option
 @click.option("--size", type=click.IntRange(1), help="Pixels along an edge; by default as baked.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
 def render(

@@ -42,6 +42,7 @@ from reflet.trace.variant import use_variant
 
 TRACED = "traced"
 LOCALS = (TRACED, *SHAPES)
+MOST_HITS = 5  # mirrors that a ray may meet: more show nothing but in deep cavities
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
 _PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
@@ -61,14 +62,15 @@ def bake(
     shells: int | None = None,
     static: bool = False,
     joint_spacing_deg: float | None = None,
-    local: str = "ellipsoid",
+    local: str = TRACED,
     variant: str = "llvm_ad_rgb",
     resume: bool = False,
     progress: ProgressCallback = silent,
 ) -> Path:
     """Bakes a scene into the folder ``out``, and returns that folder.
 
-    ``space`` holds the viewpoints (default: three of them 2° apart, framing the object). ``parameterization`` names how
+    ``space`` holds the viewpoints that have maps of their own (default: none where local light is traced, else three of
+    them 2° apart), and the orbit that frames the object. ``parameterization`` names how
     maps lay directions out (`reflet.envmap.parameterizations.by_name`). The faces of distant maps have ``em_size`` rows
     (by default about as many texels in all as a cube of 256), those of local ones ``local_size`` (by default half as
     many: they hold less, and finer ones show other viewpoints worse). They are inferred for ``sample_count``
@@ -77,9 +79,11 @@ def bake(
     ``distant`` names the geometry of the distant layer (`reflet.envmap.geometry`): with "relief" it is divided into
     ``shells`` and with "auto" all of it is chosen (`choose_distant`). Its base, which serves all viewpoints, is
     inferred from viewpoints at most ``joint_spacing_deg`` apart all around (`joint_points`); the samples' maps differ
-    from it as far as they show more. A shape as geometry is the paper's way: a map a viewpoint, and no base. ``static``
-    bakes static maps only, for all viewpoints, without any inference; a space without samples the base only. ``local``
-    is the shape of local layers. An environment too bright for half floats is dealt with as `with_holdable_light` says.
+    from it as far as they show more. ``local`` light is "traced" through the mirrors' own meshes in playback, and the
+    base then static where that shows more (`choose_base`); or it is of layers around each part, on the shape that
+    ``local`` names. With such layers a shape as geometry is the paper's way: a map a viewpoint, and no base. ``static``
+    bakes static maps only, for all viewpoints, without any inference; a space without samples the base only. An
+    environment too bright for half floats is dealt with as `with_holdable_light` says.
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
@@ -176,6 +180,7 @@ def bake(
         statistics=statistics,
         base=base.maps,
         fade_deg=fade_deg,
+        most_hits=MOST_HITS if traced else 0,
     )
     progress("write", 1, 1)
     return writer.folder

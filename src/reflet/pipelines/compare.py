@@ -5,7 +5,7 @@ drawn by the same renderer, at the same samples a pixel, from maps of the same s
 those that the object covers by more than half in the reference.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,16 +15,18 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from reflet.envmap.env_map import EnvMap
+from reflet.envmap.mip_chain import MipChain
 from reflet.files.pictures.exr import write_exr
 from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.pipelines.baking.base_maps import LOD_BIASES
-from reflet.pipelines.baking.plan_layers import plan_distant_layers
+from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
 from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, probe_size, shells_of, static_texels, trace_probes
 from reflet.pipelines.baking.viewpoints import infer_view, sample_seed
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
-from reflet.render.playback.renderer import Renderer
+from reflet.render.playback.layouts import Shown
+from reflet.render.playback.renderer import ALL_SHOWN, Renderer, Samples
 from reflet.report.comparison import Comparison, Exhibit
 from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, squared_error
 from reflet.report.tally import Tally
@@ -75,7 +77,7 @@ class _Reference:
 def compare(
     pem: ParameterizedEnvironmentMap,
     *,
-    samples: int | None = None,
+    samples: Samples | None = None,
     reference_spp: int = 256,
     trace_spp: int | None = None,
     variant: str = "llvm_ad_rgb",
@@ -86,19 +88,22 @@ def compare(
     """Measures a PEM and its rivals at up to three samples, halfway between them, 10° and 20° above them, and at twelve
     viewpoints of a dome around them.
 
-    Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (default: those
-    that the maps were inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp``
-    defaults to the bake's); static maps are seen from the object's centre. The reference has ``reference_spp`` samples
-    a pixel. Without ``rivals`` only what the PEM's own layers show is measured, in a third of the time. With ``images``
-    the pictures behind each number are written into that folder: ``<where>-<view>-<what>.exr`` with what = reference,
-    mask, or a method (radiance of the object, zero where the mask is), and reference-picture and layered-picture
-    (everything). Holds about 20 bytes a pixel and view, and the rivals' maps.
+    Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (as
+    `Renderer.frame` takes them; by default where they count, and maps alone with those that they were inferred for).
+    Rivals are inferred at the same samples from the same layers (``trace_spp`` defaults to the bake's), among them
+    the paper's layers where the PEM traces its own mesh; static maps are seen from the object's centre. The reference
+    has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own maps show is measured, in a third
+    of the time. With ``images`` the pictures behind each number are written into that folder:
+    ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object, zero where the mask
+    is), and reference-picture and played-picture (everything). Holds about 20 bytes a pixel and view, and the rivals'
+    maps.
     """
-    samples = samples or pem.sample_count
+    samples = samples or "adaptive"
+    traces = pem.most_hits > 0
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
     folder = Path(images) if images is not None else None
     progress("prepare", 0, 2)
-    tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
+    tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance, through_all=traces)
     progress("prepare", 1, 2)
     space = _compared_space(pem.space)
     orbit = _subspace(space, _samples(space))
@@ -117,6 +122,11 @@ def compare(
             _write(folder, reference, method, image)
 
     renderer, static = Renderer(pem), Renderer(_static_shells(pem, tracer))
+    wholes: list[tuple[str, Renderer, Collection[Shown]]] = [
+        ("traced" if traces else "layered", renderer, ALL_SHOWN),
+        *([("traced-static", static, ALL_SHOWN)] if traces else []),
+        ("static-shells", static, ALL_SHOWN - {"local"}),
+    ]
     distant_layers: list[tuple[str, Renderer, float | None]] = [
         ("distant-only", renderer, None),
         *([("distant-only-joint", renderer, 1.0)] if pem.base else []),
@@ -124,30 +134,35 @@ def compare(
     ]
     progress("prepare", 2, 2)
     for number, view in enumerate(views):
-        progress("reference and layered", number, len(views))
+        progress("reference and PEM", number, len(views))
         layers = tracer.view(
             view.camera, spp=reference_spp, sample_count=1, seed=REFERENCE_SEED + number, surroundings=True
         ).layers
         reference = _Reference(view, *object_radiance(layers))
         references.append(reference)
-        measure("layered", reference, straight(renderer.frame(view.camera, what="object", samples=samples)))
-        measure("static-shells", reference, straight(static.frame(view.camera, what="object", samples=samples)))
+        for method, drawn_by, shown in wholes:
+            image = drawn_by.frame(view.camera, what="object", samples=samples, layers=shown)
+            measure(method, reference, straight(image))
         for method, drawn_by, base in distant_layers:
-            distant = straight(drawn_by.layer_image(view.camera, "distant", samples=samples, base=base))
+            of_maps = samples if isinstance(samples, int) else None
+            distant = straight(drawn_by.layer_image(view.camera, "distant", samples=of_maps, base=base))
             measure(method, reference, object_under_distant(layers, distant))
-        traced, shown = compose(layers), renderer.frame(view.camera, samples=samples)[..., :3]
-        if whole is None or (view.where, view.number) == ("between", 0):
-            whole = traced, shown
+        wanted = whole is None or (view.where, view.number) == ("between", 0)
+        if wanted or folder:
+            pair = compose(layers), renderer.frame(view.camera, samples=samples)[..., :3]
+            whole = pair if wanted else whole
         if folder:
             _write(folder, reference, "reference", reference.radiance)
             write_exr(folder / f"{view.name}-mask.exr", reference.mask[..., None].astype(np.float32))
-            write_exr(folder / f"{view.name}-reference-picture.exr", traced)
-            write_exr(folder / f"{view.name}-layered-picture.exr", shown)
+            for what, picture in zip(("reference-picture", "played-picture"), pair, strict=True):
+                write_exr(folder / f"{view.name}-{what}.exr", picture)
         del layers
-    progress("reference and layered", len(views), len(views))
+    progress("reference and PEM", len(views), len(views))
     adapter = adapter_name(renderer.device)
-    del renderer, static, distant_layers
+    del renderer, static, wholes, distant_layers
     noise = _noise_floor(tracer, references[0], reference_spp)
+    if traces and len(pem.scene.objects) > 1:  # the rivals' mirrored rays pass through their own object alone
+        tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
     for method, rival in _rivals(pem, space, tracer, trace_spp, progress) if rivals else ():
         renderer = Renderer(rival)
         for reference in references:
@@ -163,7 +178,7 @@ def compare(
     context: dict[str, Any] = {
         "objects": [item.name for item in pem.scene.objects],
         "adapter": adapter,
-        "samples": samples,
+        "samples": str(samples),
         "reference_spp": reference_spp,
         "trace_spp": trace_spp,
         "exposure": EXPOSURE,
@@ -270,38 +285,43 @@ def _noise_floor(tracer: Tracer, reference: _Reference, spp: int) -> float:
 def _rivals(
     pem: ParameterizedEnvironmentMap, space: ParameterSpace, tracer: Tracer, spp: int, progress: ProgressCallback
 ) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
-    """Single-layer PEMs of every geometry, inferred at the samples compared, then static maps."""
+    """The paper's layers where the PEM traces its own mesh instead, and single-layer PEMs of every geometry, inferred
+    at the samples compared; then static maps."""
     chain = pem.layers[pem.distant_layers[0]].chain
     undivided = [Shells(em_origin(pem.scene, item.parts)) for item in pem.scene.objects]
     probes = trace_probes(tracer, undivided, probe_size(chain))
-    plans = {
+    static = {
         short: plan_distant_layers(pem.scene, probes, [(kind,)] * len(probes), chain)
         for short, kind in GEOMETRIES.items()
     }
     samples = _samples(space)
-    maps: dict[str, list[tuple[EnvMap, ...]]] = {short: [] for short in GEOMETRIES}
+    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIASES["none"], most_hits=0)
+    plans = {f"single-{short}": plan for short, plan in static.items()}
+    if pem.most_hits:
+        local = plan_local_layers(pem.scene, probes, pem.on_hull, "ellipsoid", MipChain(max(chain.size // 2, 1)))
+        local = fit_local_layers(tracer, papers.space, local, pem.on_hull, None, papers.lod_bias, progress)
+        plans = {"layered": (*static["box"], *local), **plans}
+    maps: dict[str, list[tuple[EnvMap, ...]]] = {method: [] for method in plans}
     for number, sample in enumerate(samples):
         progress("rivals", number, len(samples))
         view = tracer.view(space.camera(sample), spp=spp, sample_count=pem.sample_count, seed=sample_seed(sample))
-        for short, plan in plans.items():
+        for method, plan in plans.items():
             priors = static_texels(pem.scene, plan, probes, view.layers.camera)
-            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, single_layer=True)
-            maps[short].append(_env_maps(plan, [solution.texels for solution in solutions]))
+            single = method != "layered"
+            solutions = infer_view(pem.scene, view, plan, priors, pem.on_hull, single_layer=single)
+            maps[method].append(_env_maps(plan, [solution.texels for solution in solutions]))
         del view
     progress("rivals", len(samples), len(samples))
-    papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIASES["none"])
-    for short, plan in plans.items():
-        yield f"single-{short}", replace(papers, layers=plan, maps=maps.pop(short))
+    for method, plan in plans.items():
+        yield method, replace(papers, layers=plan, maps=maps.pop(method))
+    one = _subspace(space, samples[:1])
     for short in ("infinite", "box"):
-        camera = space.camera(samples[0])
-        static = _env_maps(plans[short], static_texels(pem.scene, plans[short], probes, camera))
-        yield (
-            f"static-{short}",
-            replace(papers, space=_subspace(space, samples[:1]), layers=plans[short], maps=[static]),
-        )
+        shown = static_texels(pem.scene, static[short], probes, space.camera(samples[0]))
+        maps_shown = [_env_maps(static[short], shown)]
+        yield f"static-{short}", replace(papers, space=one, layers=static[short], maps=maps_shown)
 
 
-def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "texels _"]]) -> tuple[EnvMap, ...]:
+def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "_ _"]]) -> tuple[EnvMap, ...]:
     return tuple(EnvMap(layer.chain, x, layer.geometry) for layer, x in zip(plan, texels, strict=True))
 
 

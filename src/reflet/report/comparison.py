@@ -9,6 +9,8 @@ from jaxtyping import Bool, Float32
 # Every method with the words that figures and tables use for it, in their order. The distant layer alone lies under the
 # true local layer: it is measured without what else may be wrong.
 METHODS = {
+    "traced": "PEM, own mesh traced",
+    "traced-static": "static shells, own mesh traced",
     "layered": "layered PEM",
     "distant-only": "distant layer alone",
     "distant-only-joint": "distant layer alone, joint",
@@ -72,14 +74,14 @@ class Exhibit:
 class Comparison:
     """All results, one view of each place, and the circumstances (scene, adapter, samples, exposure, noise).
 
-    ``traced_picture`` and ``layered_picture`` are one whole view, ray traced and played back.
+    ``reference_picture`` and ``played_picture`` are one whole view, ray traced and played back from the PEM.
     """
 
     results: tuple[Result, ...]
     exhibits: tuple[Exhibit, ...]
     context: dict[str, Any]
-    traced_picture: Float32[np.ndarray, "height width 3"]
-    layered_picture: Float32[np.ndarray, "height width 3"]
+    reference_picture: Float32[np.ndarray, "height width 3"]
+    played_picture: Float32[np.ndarray, "height width 3"]
 
     def result(self, where: str, method: str) -> Result:
         """The one result of a method at a place; KeyError if it was not measured."""
@@ -92,6 +94,11 @@ class Comparison:
     def methods(self) -> list[str]:
         """What was compared, in the order of `METHODS`; a PEM without a base has no joint set."""
         return [method for method in METHODS if any(result.method == method for result in self.results)]
+
+    @property
+    def played(self) -> str:
+        """The method that is the PEM itself."""
+        return self.methods[0]
 
     def as_json(self) -> dict[str, Any]:
         """The circumstances and, under ``results``, one record for each place and method."""

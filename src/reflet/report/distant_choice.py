@@ -18,5 +18,15 @@ def distant_choice(name: str, choice: Mapping[str, Any]) -> str:
     return f"{told}: {best['psnr']:.1f} dB by static maps at held-back viewpoints" + (f"; {rest}" if rest else "")
 
 
+def base_choice(choice: Mapping[str, Any]) -> str:
+    """What serves every viewpoint, as a `BaseChoice` in a PEM's statistics tells it."""
+    static, joint = choice["static_psnr"], choice["joint_psnr"]
+    if joint is None:
+        return f"static maps: {static:.1f} dB at held-back viewpoints, so nothing was inferred"
+    words = [("static maps", static), ("the joint set", joint)]
+    (best, shows), (other, less) = words if choice["kind"] == "static" else reversed(words)
+    return f"{best}: {shows:.1f} dB at held-back viewpoints; {other} {less:.1f}"
+
+
 def _words(kind: str) -> str:
     return {"infinite_sphere": "infinitely far"}.get(kind, kind)

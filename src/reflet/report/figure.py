@@ -46,7 +46,7 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
     _write(cell(0, 0), 0.5, "ray traced", size=8.4, weight="bold")
     for column, method in enumerate(shown, start=1):
         title = METHODS[method].replace(", ", "\n")
-        _write(cell(0, column), 0.5, title, size=8.4, weight="bold" if method == "layered" else "normal")
+        _write(cell(0, column), 0.5, title, size=8.4, weight="bold" if method == comparison.played else "normal")
     for place, exhibit in enumerate(exhibits):
         row = 1 + 3 * place
         cell(row, 0).imshow(_over_background(exhibit.reference, exhibit, exposure))

@@ -37,6 +37,13 @@ pre { background: #f5f5f7; border-radius: .6rem; padding: .9rem 1.1rem; overflow
 """
 
 
+_WHICH = {
+    True: "All layers of the first viewpoint. Every mip level is inferred on its own, so none is merely a filtered "
+    "copy of the finer one. What no sample saw stays close to the static map.",
+    False: "The maps of distant light, which serve every viewpoint: what stands near has an alpha of its own.",
+}
+
+
 def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, name: str) -> str:
     """A self-contained HTML page: pictures, comparison, numbers, the inferred maps, statistics, and what to do next.
 
@@ -44,10 +51,12 @@ def result_page(pem: ParameterizedEnvironmentMap, comparison: Comparison, *, nam
     """
     title = html.escape(PurePath(name).name)
     words = html.escape(shlex.quote(name), quote=False)
-    traced = _image(picture_srgb(comparison.traced_picture), "Ray traced")
-    baked = _image(picture_srgb(comparison.layered_picture), "Played back from the maps")
+    traced = _image(picture_srgb(comparison.reference_picture), "Ray traced")
+    baked = _image(picture_srgb(comparison.played_picture), "Played back from the maps")
     sheets = {"distant": "", "local": ""}
-    for layer, env_map in zip(pem.layers, pem.maps[0], strict=True):
+    own = pem.maps[0] if len(pem.maps) else pem.base
+    shown = pem.layers if len(pem.maps) else [pem.layers[index] for index in pem.distant_layers]
+    for layer, env_map in zip(shown, own, strict=True):
         sheets[layer.kind] += _map_figure(layer, env_map)
     return f"""<!doctype html>
 <html lang="en">
@@ -71,8 +80,7 @@ itself; a single layer shows it, but moves it wrongly between viewpoints.</p>
 <div class="scroll">{_table(comparison)}</div>
 <p class="soft">{_circumstances(comparison)}</p>
 <h2>The inferred maps</h2>
-<p>All layers of the first viewpoint. Every mip level is inferred on its own, so none is merely a filtered copy of the
-finer one. What no sample saw stays close to the static map.</p>
+<p>{_WHICH[bool(len(pem.maps))]}</p>
 {sheets["distant"]}
 <div class="pair">{sheets["local"]}</div>
 <h2>Statistics</h2>
@@ -86,13 +94,13 @@ def _table(comparison: Comparison) -> str:
     places = [place for place in PLACES if any(result.where == place for result in comparison.results)]
     heads = "".join(f"<th>{PLACES[place]}</th>" for place in places)
     rows = "".join(
-        f'<tr class="{"best" if method == "layered" else ""}"><td>{words}</td>'
+        f'<tr class="{"best" if method == comparison.played else ""}"><td>{METHODS[method]}</td>'
         + "".join(
             f"<td>{r.psnr_display:.2f} dB<br><small>{r.ssim:.3f} · {r.flip:.3f}</small></td>"
             for r in (comparison.result(place, method) for place in places)
         )
         + "</tr>"
-        for method, words in METHODS.items()
+        for method in comparison.methods
     )
     return f"<table><tr><th>display PSNR<br><small>SSIM · FLIP</small></th>{heads}</tr>{rows}</table>"
 
@@ -110,7 +118,7 @@ def _map_figure(layer: Layer, env_map: EnvMap) -> str:
     """One layer's map laid flat, with its caption."""
     name = html.escape(layer.name)
     geometry = layer.geometry.kind.replace("_", " ")
-    alpha = "; below, its alpha" if layer.kind == "local" else ""
+    alpha = "; below, its alpha" if layer.channels == 4 else ""
     return (
         f"<figure>{_image(env_map_sheet(env_map), f'{layer.name}: all faces and mip levels')}"
         f"<figcaption>{name}: {geometry}, {layer.size}² texels a face{alpha}</figcaption></figure>\n"

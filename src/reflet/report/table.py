@@ -9,7 +9,7 @@ from rich.table import Table
 
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.report.comparison import METHODS, PLACES, Comparison
-from reflet.report.distant_choice import distant_choice
+from reflet.report.distant_choice import base_choice, distant_choice
 
 
 def comparison_table(comparison: Comparison) -> str:
@@ -20,7 +20,7 @@ def comparison_table(comparison: Comparison) -> str:
         table.add_column(PLACES[place], justify="right")
     for method in comparison.methods:
         values = (f"{comparison.result(place, method).psnr_display:.2f}" for place in places)
-        table.add_row(METHODS[method], *values, style="bold" if method == "layered" else None)
+        table.add_row(METHODS[method], *values, style="bold" if method == comparison.played else None)
     return table_text(table)
 
 
@@ -45,11 +45,15 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
         joint = pem.statistics.get("joint")
         fades = f"; viewpoints' own maps fade to it within {pem.fade_deg:g}°" if pem.space.sample_count else ""
         source = f"inferred from {joint['viewpoints']} viewpoints" if joint else "static, seen from the object's centre"
+        if "base" in pem.statistics:
+            source += f" ({base_choice(pem.statistics['base'])})"
         facts.add_row("from everywhere", source + fades)
     facts.add_row(
         "camera", f"elevation {orbit.elevation_deg:g}°, distance {orbit.distance:g} m, {orbit.fov_deg:g}° wide"
     )
     facts.add_row("inferred for", f"{pem.sample_count} samples a pixel, LOD bias {pem.lod_bias:g}")
+    if pem.most_hits:
+        facts.add_row("local light", f"traced through the mirrors' own meshes, up to {pem.most_hits} hits")
     facts.add_row("parameterization", ", ".join(sorted({layer.parameterization.name for layer in pem.layers})))
     facts.add_row("maps on disk", f"{_bytes(pem) / 2**20:.1f} MiB in half float")
     table = Table("layer", "kind", "geometry", box=box.SIMPLE_HEAD)

@@ -66,14 +66,14 @@ def fit_local_layers(
     space: ParameterSpace,
     layers: tuple[Layer, ...],
     on_hull: Bool[np.ndarray, "triangles"],
-    writer: PemWriter,
+    writer: PemWriter | None,
     lod_bias: float,
     progress: ProgressCallback = silent,
 ) -> tuple[Layer, ...]:
     """The layers with their local ellipsoids fitted to small pictures of what the parts reflect of their object.
 
     The pictures are taken at the middle sample, where maps are tried, at the first one, and above the middle, so that
-    the shapes hold off the samples too. What was fitted is kept in the writer's state.
+    the shapes hold off the samples too. What was fitted is kept in the writer's state, where one is given.
     """
     points = space.points()
     middle = points[len(points) // 2]
@@ -90,7 +90,7 @@ def fit_local_layers(
     for number, layer in enumerate(layers):
         geometry = layer.geometry
         if to_fit[number] and type(geometry) is Ellipsoid:
-            state = writer.load_state(f"shape-{number}")
+            state = writer.load_state(f"shape-{number}") if writer else None
             if state is None:
                 chain = MipChain(min(layer.size, FIT_MAP_SIZE))
                 geometry = fit_local_ellipsoid(
@@ -103,7 +103,8 @@ def fit_local_layers(
                     progress=partial(_trial, progress, done, steps),
                 )
                 state = {"centre": np.array(geometry.centre), "radii": np.array(geometry.radii)}
-                writer.save_state(f"shape-{number}", **state)
+                if writer:
+                    writer.save_state(f"shape-{number}", **state)
             centre, radii = (tuple(state[name].tolist()) for name in ("centre", "radii"))
             geometry = Ellipsoid(centre, radii, centre)
             done += TRIALS
