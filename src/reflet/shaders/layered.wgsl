@@ -1,6 +1,6 @@
 #import pem
 
-// What a mirror reflects: local maps over distant ones.
+// What a mirror reflects: local maps over distant ones. What comes through glass is in its local maps, over its reflectance.
 
 // Triangles on the object's convex hull cannot reflect the object.
 fn may_see_itself(s: Sample) -> bool {
@@ -10,4 +10,8 @@ fn may_see_itself(s: Sample) -> bool {
 // Incident radiance L + (1 - alpha) D.
 fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
   return incident_radiance(m, switched_on(SHOW_LOCAL) && may_see_itself(s));
+}
+
+fn radiance_through(s: Sample, n: vec3f) -> vec3f {
+  return vec3f(0.0);
 }

@@ -4,7 +4,7 @@
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
-//   0        uniform Part, 304 bytes                 fragment   geometries of its maps, material
+//   0        uniform Part, 320 bytes                 fragment   geometries of its maps, material
 //   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
 //   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
 //   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
@@ -19,7 +19,8 @@
 //   12       texture_cube_array<f32> r16float        fragment   reliefs of the shells (1 texel of 0 if none)
 //
 // Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
-//   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 padding
+//   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 transmission
+//   300 padding   304 absorption   316 index
 
 struct Layer {
   geometry: Geometry,
@@ -39,6 +40,9 @@ struct Part {
   normal_scale: f32,
   bits: u32,
   shell_count: u32,
+  transmission: f32,  // of glass: the share of what is not reflected that goes through
+  absorption: vec3f,  // of its inside, per metre
+  index: f32,         // of refraction
 }
 
 const PART_REFLECTIVE = 1u;
@@ -51,9 +55,11 @@ const PART_EMISSION_TEXTURE = 64u;
 const PART_BASE_COLOR_CLAMPS = 128u;
 const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
 const PART_NORMAL_CLAMPS = 512u;
-const PART_METAL = 1024u;         // metallic throughout: no diffuse reflection
+const PART_METAL = 1024u;         // metallic throughout, or glass that is clear throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
 const PART_EMISSION_CLAMPS = 4096u;
+const PART_REFRACTIVE = 8192u;    // glass
+const PART_THIN = 16384u;         // glass without an inside
 const PART_TEXTURES = 120u;       // any of the four
 
 // Pipelines may be built for one setting of a part's bits, for its number of shells and for the kinds of its geometries and

@@ -1,8 +1,9 @@
-#import fresnel
+#import glass
 #import pem
 #import irradiance
 
-// What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects.
+// What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects and
+// what comes through glass.
 
 // The mirrored rays of a sub-sample whose shading normal is n.
 fn mirrors_of(s: Sample, n: vec3f) -> Mirrors {
@@ -38,7 +39,7 @@ fn matte(s: Sample) -> vec3f {
   return emission_at(s) + albedo * irradiance_over_pi(s.triangle, s.b, s.back);
 }
 
-// Radiance of a reflective part: E + F (L + (1 - alpha) D).
+// Radiance of a reflective part: E + F (L + (1 - alpha) D), and through glass (1 - F) of what it lets through.
 fn reflective(s: Sample) -> vec3f {
   var base_color = part.base_color;
   var metallic = part.metallic;
@@ -50,14 +51,21 @@ fn reflective(s: Sample) -> vec3f {
   }
   let n = shading_normal(s.here, s.ng);
   var shown = radiance_met(s, mirrors_of(s, n));
-  if (switched_on(SHOW_FRESNEL)) {
+  var albedo = base_color * (1.0 - metallic);
+  if (part_is(PART_REFRACTIVE)) {
+    albedo = base_color * (1.0 - part.transmission);
+    if (switched_on(SHOW_FRESNEL)) {
+      let f = glass_reflectance(part.index, dot(-s.here.ray, n), s.back, part_is(PART_THIN));
+      shown = f * shown + (1.0 - f) * part.transmission * base_color * radiance_through(s, n);
+    }
+  } else if (switched_on(SHOW_FRESNEL)) {
     let f0 = base_color * metallic + 0.04 * (1.0 - metallic);
     shown *= fresnel_schlick(f0, dot(-s.here.ray, n));
   }
   if (switched_on(SHOW_DIFFUSE)) {
     shown += emission_at(s);
     if (!part_is(PART_METAL)) {
-      shown += base_color * (1.0 - metallic) * irradiance_over_pi(s.triangle, s.b, s.back);
+      shown += albedo * irradiance_over_pi(s.triangle, s.b, s.back);
     }
   }
   return shown;

@@ -1,11 +1,12 @@
 #import surface
 #import pem
 #import bvh
-#import fresnel
+#import glass
 #import irradiance
 
 // Mirrors that see themselves: the mirrored ray is followed from mirror to mirror, through their full meshes, until it meets
-// none. Two neighbours are carried along on the planes of the triangles that are met, for the LOD of the lookup at the end.
+// none; rays that glass lets through likewise, to where they leave it. Two neighbours are carried along on the planes of the
+// triangles that are met, for the LOD of the lookup at the end.
 //
 // What is met is described in bind group 0; the host's side is `reflet.render.playback.hit_buffers`:
 //
@@ -19,6 +20,9 @@ struct HitMaterial {
   emission: vec3f,
   normal_scale: f32,
   bits: u32,                  // PART_*
+  transmission: f32,          // of glass, as the following: see Part
+  absorption: vec3f,
+  index: f32,
   pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
 }
 
@@ -118,6 +122,15 @@ fn met_normal(met: Met, at: Point) -> vec3f {
   return select(n, -n, dot(n, met.ng) < 0.0);
 }
 
+// Rays as they leave a surface.
+struct Leaving {
+  rays: Mirrors,
+  triangle: u32,  // drawn number
+  side: vec3f,    // its unit normal where they leave it
+  mirrored: bool,  // they did not go through it
+  medium: vec3f,  // what absorbs them, per metre
+}
+
 // A ray's way from mirror to mirror.
 struct Way {
   light: vec3f,       // what the mirrors on it send of their own, as far as it arrives
@@ -126,50 +139,80 @@ struct Way {
   hits: vec4u,        // 1 + numbers of the first four triangles that it meets; 0 for none
 }
 
-// What a mirror that is met sends of its own, and what it reflects: added to the way.
-fn pass_by(way: ptr<function, Way>, met: Met, at: Point, n: vec3f, b: vec2f) {
-  let material = hit_materials[met.material];
-  var base_color = material.base_color;
-  var metallic = material.metallic;
-  if (hit_is(met.material, PART_BASE_COLOR_TEXTURE)) {
-    base_color *= hit_picture(met.material, 0u, at.uv, hit_is(met.material, PART_BASE_COLOR_CLAMPS), true).rgb;
-  }
-  if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
-    metallic *= hit_picture(met.material, 1u, at.uv, hit_is(met.material, PART_METALLIC_ROUGHNESS_CLAMPS), false).b;
-  }
-  if (switched_on(SHOW_DIFFUSE)) {
-    var emission = material.emission;
-    if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
-      emission *= hit_picture(met.material, 3u, at.uv, hit_is(met.material, PART_EMISSION_CLAMPS), true).rgb;
-    }
-    if (!hit_is(met.material, PART_METAL)) {
-      emission += base_color * (1.0 - metallic) * irradiance_over_pi(met.triangle, b, met.back);
-    }
-    (*way).light += (*way).throughput * emission;
-  }
-  if (switched_on(SHOW_FRESNEL)) {
-    (*way).throughput *= fresnel_schlick(base_color * metallic + 0.04 * (1.0 - metallic), dot(-at.ray, n));
-  }
-}
-
 const OFFSET = 1e-5;  // a ray starts so far off its surface, in units of the largest coordinate there
 
 fn largest(v: vec3f) -> f32 {
   return max(max(abs(v.x), abs(v.y)), abs(v.z));
 }
 
-// Follows the mirrored rays of a sub-sample. After MOST_HITS mirrors it ends as if there were no more.
-fn follow(s: Sample, mirrors: Mirrors) -> Way {
-  var way = Way(vec3f(0.0), vec3f(1.0), mirrors, vec4u(0u));
-  var triangle = s.triangle;
-  var ng = s.ng;
+// What glass within what absorbs `medium` makes of it: of the ray that goes through, or of the mirrored one.
+fn medium_after(medium: vec3f, absorption: vec3f, through: bool, back: bool) -> vec3f {
+  return select(select(medium, vec3f(0.0), through), absorption, through != back);
+}
+
+// The rays that leave a mirror or glass which is met. What it sends of its own, and what it keeps, are added to the way.
+fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f) -> Leaving {
+  let rays = (*way).end;
+  let here = met_point(met, ray, b);
+  let right = met_point(met, rays.r1, on_plane(met, rays.p1, rays.r1));
+  let down = met_point(met, rays.r2, on_plane(met, rays.p2, rays.r2));
+  let n = met_normal(met, here);
+  let n1 = met_normal(met, right);
+  let n2 = met_normal(met, down);
+  let material = hit_materials[met.material];
+  let glass = hit_is(met.material, PART_REFRACTIVE);
+  var base_color = material.base_color;
+  var metallic = material.metallic;
+  if (hit_is(met.material, PART_BASE_COLOR_TEXTURE)) {
+    base_color *= hit_picture(met.material, 0u, here.uv, hit_is(met.material, PART_BASE_COLOR_CLAMPS), true).rgb;
+  }
+  if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
+    metallic *= hit_picture(met.material, 1u, here.uv, hit_is(met.material, PART_METALLIC_ROUGHNESS_CLAMPS), false).b;
+  }
+  if (switched_on(SHOW_DIFFUSE)) {
+    var emission = material.emission;
+    if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
+      emission *= hit_picture(met.material, 3u, here.uv, hit_is(met.material, PART_EMISSION_CLAMPS), true).rgb;
+    }
+    if (!hit_is(met.material, PART_METAL)) {
+      let share = select(1.0 - metallic, 1.0 - material.transmission, glass);
+      emission += base_color * share * irradiance_over_pi(met.triangle, b, met.back);
+    }
+    (*way).light += (*way).throughput * emission;
+  }
+  if (glass) {
+    let thin = hit_is(met.material, PART_THIN);
+    // Greedy: what goes through stands for what is reflected, too, unless all of it is.
+    if (glass_reflectance(material.index, dot(-ray, n), met.back, thin) < 1.0) {
+      (*way).throughput *= material.transmission * base_color;
+      return Leaving(
+        Mirrors(
+          here.p, refracted(ray, n, met.ng, material.index, met.back, thin),
+          right.p, refracted(right.ray, n1, met.ng, material.index, met.back, thin),
+          down.p, refracted(down.ray, n2, met.ng, material.index, met.back, thin), true),
+        met.triangle, -met.ng, false, medium_after(medium, material.absorption, true, met.back));
+    }
+  } else if (switched_on(SHOW_FRESNEL)) {
+    (*way).throughput *= fresnel_schlick(base_color * metallic + 0.04 * (1.0 - metallic), dot(-ray, n));
+  }
+  return Leaving(
+    Mirrors(
+      here.p, mirrored(ray, n, met.ng), right.p, mirrored(right.ray, n1, met.ng), down.p,
+      mirrored(down.ray, n2, met.ng), true),
+    met.triangle, met.ng, !(glass && met.back), medium_after(medium, material.absorption, false, glass && met.back));
+}
+
+// Follows the rays of a sub-sample. After MOST_HITS mirrors they end as if there were no more.
+fn follow(start: Leaving) -> Way {
+  var way = Way(vec3f(0.0), vec3f(1.0), start.rays, vec4u(0u));
+  var leaving = start;
   for (var k = 0u; k < MOST_HITS; k++) {
     let last = way.end;
-    if (!may_meet(triangle, last.r0)) {
+    if (leaving.mirrored && !may_meet(leaving.triangle, last.r0)) {
       break;
     }
-    let extent = max(largest(last.p0), largest(vertices[3u * triangles[triangle].x].xyz));
-    let hit = closest_hit(last.p0 + OFFSET * extent * ng, last.r0);
+    let extent = max(largest(last.p0), largest(vertices[3u * triangles[leaving.triangle].x].xyz));
+    let hit = closest_hit(last.p0 + OFFSET * extent * leaving.side, last.r0);
     if (hit.at == NOTHING) {
       break;
     }
@@ -181,19 +224,19 @@ fn follow(s: Sample, mirrors: Mirrors) -> Way {
       way.throughput = vec3f(0.0);
       break;
     }
-    let here = met_point(met, last.r0, hit.b);
-    let right = met_point(met, last.r1, on_plane(met, last.p1, last.r1));
-    let down = met_point(met, last.r2, on_plane(met, last.p2, last.r2));
-    let n = met_normal(met, here);
-    pass_by(&way, met, here, n, hit.b);
-    way.end = Mirrors(
-      here.p, mirrored(here.ray, n, met.ng),
-      right.p, mirrored(right.ray, met_normal(met, right), met.ng),
-      down.p, mirrored(down.ray, met_normal(met, down), met.ng), true);
-    triangle = met.triangle;
-    ng = met.ng;
+    if ((HIT_BITS & PART_REFRACTIVE) != 0u) {
+      way.throughput *= exp(-hit.t * leaving.medium);
+    }
+    leaving = onward(&way, met, leaving.medium, last.r0, hit.b);
+    way.end = leaving.rays;
   }
   return way;
+}
+
+// The mirrored rays of a sub-sample as they leave it.
+fn mirrored_from(s: Sample, m: Mirrors) -> Leaving {
+  let inside = part_is(PART_REFRACTIVE) && s.back;
+  return Leaving(m, s.triangle, s.ng, !inside, select(vec3f(0.0), part.absorption, inside));
 }
 
 // Incident radiance: what the mirrors that are met send, and the distant light where the ray leaves them.
@@ -201,6 +244,21 @@ fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
   if (!switched_on(SHOW_LOCAL)) {
     return incident_radiance(m, false);
   }
-  let way = follow(s, m);
+  return radiance_along(mirrored_from(s, m));
+}
+
+fn radiance_along(start: Leaving) -> vec3f {
+  let way = follow(start);
   return way.light + way.throughput * incident_radiance(way.end, false);
+}
+
+// The same of the rays that go through the sub-sample's glass; n is its shading normal.
+fn radiance_through(s: Sample, n: vec3f) -> vec3f {
+  let thin = part_is(PART_THIN);
+  let rays = Mirrors(
+    s.here.p, refracted(s.here.ray, n, s.ng, part.index, s.back, thin),
+    s.right.p, refracted(s.right.ray, shading_normal(s.right, s.ng), s.ng, part.index, s.back, thin),
+    s.down.p, refracted(s.down.ray, shading_normal(s.down, s.ng), s.ng, part.index, s.back, thin), false);
+  return radiance_along(
+    Leaving(rays, s.triangle, -s.ng, false, select(part.absorption, vec3f(0.0), s.back)));
 }

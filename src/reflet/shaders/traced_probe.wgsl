@@ -11,5 +11,5 @@ fn probe_hits(in: Raster) -> @location(0) vec4u {
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4u(0u);
   }
-  return follow(s, mirrors_of(s, shading_normal(s.here, s.ng))).hits;
+  return follow(mirrored_from(s, mirrors_of(s, shading_normal(s.here, s.ng)))).hits;
 }

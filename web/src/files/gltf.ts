@@ -10,6 +10,14 @@ export interface PictureTexture {
   readonly clamp: boolean;
 }
 
+/** What lets light through: twin of reflet.scene.material.Refraction. */
+export interface Refraction {
+  readonly index: number;
+  readonly transmission: number;
+  readonly absorption: Vec3;
+  readonly thin: boolean;
+}
+
 export interface Material {
   readonly baseColor: Vec3;
   readonly metallic: number;
@@ -20,6 +28,7 @@ export interface Material {
   readonly metallicRoughnessTexture: PictureTexture | undefined;
   readonly normalTexture: PictureTexture | undefined;
   readonly emissionTexture: PictureTexture | undefined;
+  readonly refraction: Refraction | undefined;
 }
 
 export interface Part {
@@ -52,6 +61,13 @@ interface TextureSlot {
   scale?: number;
 }
 
+interface MaterialExtensions {
+  KHR_materials_emissive_strength?: { emissiveStrength: number };
+  KHR_materials_ior?: { ior: number };
+  KHR_materials_transmission?: { transmissionFactor: number };
+  KHR_materials_volume?: { attenuationColor?: number[]; attenuationDistance?: number };
+}
+
 // The parts of scene.gltf that reflet writes and this viewer reads.
 interface Document {
   nodes: { name: string; mesh: number }[];
@@ -73,7 +89,7 @@ interface Document {
     emissiveTexture?: TextureSlot;
     emissiveFactor?: number[];
     doubleSided?: boolean;
-    extensions?: { KHR_materials_emissive_strength?: { emissiveStrength: number } };
+    extensions?: MaterialExtensions;
   }[];
   extensions?: Record<string, unknown>;
 }
@@ -211,6 +227,21 @@ function readMaterial(item: Document["materials"][number], textures: PictureText
     metallicRoughnessTexture: texture(surface.metallicRoughnessTexture),
     normalTexture: texture(item.normalTexture),
     emissionTexture: texture(item.emissiveTexture),
+    refraction: readRefraction(item.extensions ?? {}),
+  };
+}
+
+const LEAST_ATTENUATION = 1e-6; // of a channel over the attenuation distance: black would be infinitely dense
+
+function readRefraction(extensions: MaterialExtensions): Refraction | undefined {
+  const { KHR_materials_ior: ior, KHR_materials_transmission: transmission, KHR_materials_volume: volume } = extensions;
+  if (!ior || !transmission) return undefined;
+  const { attenuationColor = [1, 1, 1], attenuationDistance = Number.POSITIVE_INFINITY } = volume ?? {};
+  return {
+    index: ior.ior,
+    transmission: transmission.transmissionFactor,
+    absorption: vec3(attenuationColor.map((c) => Math.log(1 / Math.max(c, LEAST_ATTENUATION)) / attenuationDistance)),
+    thin: volume === undefined,
   };
 }
 

@@ -8,7 +8,7 @@ from jaxtyping import Int, UInt32
 
 from reflet.render.device.textures import check_size
 from reflet.render.playback.atlas import atlas_of
-from reflet.render.playback.layouts import HIT_MATERIAL, METAL, part_bits, pictures_of
+from reflet.render.playback.layouts import HIT_MATERIAL, METAL, fill_material, pictures_of
 from reflet.scene.bvh.bvh import Bvh, corners_of
 from reflet.scene.bvh.nodes import refitted
 from reflet.scene.material import Texture
@@ -59,10 +59,7 @@ def hit_materials(device: wgpu.GPUDevice, parts: Sequence[Part]) -> tuple[np.nda
         device.queue.write_texture({"texture": texture, "origin": place}, pixels, layout, (width, height, 1))
     out = np.zeros(max(len(parts), 1), HIT_MATERIAL)  # a binding may not be empty
     for entry, part in zip(out, parts, strict=False):
-        material = part.material
-        entry["base_color"], entry["metallic"] = material.base_color, material.metallic
-        entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
-        entry["bits"] = part_bits(part)
+        fill_material(entry, part)
         for k, picture_or_none in enumerate(pictures_of(part)):
             if picture_or_none is not None:
                 entry["pictures"][k] = place_of[id(picture_or_none)]

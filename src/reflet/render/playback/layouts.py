@@ -26,7 +26,7 @@ TRIANGLE_ON_HULL = 1
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
-METAL, OFF_HULL, EMISSION_CLAMPS = 1024, 2048, 4096
+METAL, OFF_HULL, EMISSION_CLAMPS, REFRACTIVE, THIN = 1024, 2048, 4096, 8192, 16384
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -45,13 +45,15 @@ _LAYER = np.dtype(
 PART = np.dtype(
     [
         ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
-        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"), ("padding", "u4", 2),
+        ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"),
+        ("transmission", "f4"), ("padding", "u4"), ("absorption", "f4", 3), ("index", "f4"),
     ]
 )  # fmt: skip
 HIT_MATERIAL = np.dtype(
     [
         ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
-        ("bits", "u4"), ("padding", "u4", 3), ("pictures", "u4", (4, 4)),
+        ("bits", "u4"), ("transmission", "f4"), ("padding", "u4", 2), ("absorption", "f4", 3), ("index", "f4"),
+        ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
 
@@ -110,17 +112,27 @@ def base_state(share: float) -> int:
 
 def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None) -> np.ndarray:
     """`PART` of one part and the layers it looks up, the nearest shell first."""
-    material, out = part.material, np.zeros((), PART)
+    out = np.zeros((), PART)
     out["shell_count"] = len(shells)
     places = [*zip(out["distant"], shells, strict=False), *([] if local is None else [(out["local"], local)])]
     for place, layer in places:
         place["geometry"] = pack(layer.geometry)
         place["size"], place["max_lod"] = layer.size, layer.chain.level_count - 1
         place["parameterization"] = layer.parameterization.kind
-    out["base_color"], out["metallic"] = material.base_color, material.metallic
-    out["emission"], out["normal_scale"] = material.emission, material.normal_scale
-    out["bits"] = part_bits(part) | HAS_LOCAL * (local is not None)
+    fill_material(out, part)
+    out["bits"] |= HAS_LOCAL * (local is not None)
     return out
+
+
+def fill_material(entry: np.ndarray | np.void, part: Part) -> None:
+    """What `PART` and `HIT_MATERIAL` have in common."""
+    material = part.material
+    entry["base_color"], entry["metallic"] = material.base_color, material.metallic
+    entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
+    entry["bits"] = part_bits(part)
+    if part.reflective and material.refraction is not None:
+        entry["transmission"], entry["index"] = material.refraction.transmission, material.refraction.index
+        entry["absorption"] = material.refraction.absorption
 
 
 def pictures_of(part: Part) -> tuple[Texture | None, ...]:
@@ -145,6 +157,9 @@ def part_bits(part: Part) -> int:
     ):
         if texture is not None:
             bits |= present | clamps * texture.clamp
+    refraction = part.material.refraction if part.reflective else None
+    if refraction is not None:
+        return bits | REFRACTIVE | THIN * refraction.thin | METAL * (refraction.transmission >= 1.0)
     return bits | METAL * (part.material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
 
 

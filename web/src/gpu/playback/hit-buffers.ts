@@ -4,7 +4,7 @@ import type { Part } from "../../files/gltf";
 import type { Bvh, Traced } from "../../scene/pem";
 import { METAL, partBits, picturesOf } from "./layouts";
 
-const MATERIAL_WORDS = 28;
+const MATERIAL_WORDS = 32;
 const MOST_DEPTH = 32; // inner nodes above a leaf, as bvh.wgsl has room for
 const LARGEST_LEAF = 4;
 const MOST_LAYERS = 256; // of an array texture, WebGPU's default
@@ -130,16 +130,20 @@ function createMaterials(
   const floats = new Float32Array(materials.buffer);
   let bits = METAL;
   parts.forEach((part, k) => {
-    const { baseColor, metallic, emission, normalScale } = part.material;
+    const { baseColor, metallic, emission, normalScale, refraction } = part.material;
     const at = MATERIAL_WORDS * k;
     floats.set([...baseColor, metallic, ...emission, normalScale], at);
     materials[at + 8] = partBits(part);
+    if (refraction) {
+      floats[at + 9] = refraction.transmission;
+      floats.set([...refraction.absorption, refraction.index], at + 12);
+    }
     bits |= partBits(part);
     picturesOf(part).forEach((picture, which) => {
       if (!picture) return;
       const { image } = picture;
       const place = places[images.indexOf(image)] as Place;
-      materials.set([...place, image.width + 65536 * image.height], at + 12 + 4 * which);
+      materials.set([...place, image.width + 65536 * image.height], at + 16 + 4 * which);
     });
   });
   return { materials, pictures, bits };

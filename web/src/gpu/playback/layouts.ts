@@ -15,13 +15,14 @@ const HIDE_SHELL = 32; // the nearest; the others' bits follow
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
 export const FRAME_BYTES = 1856;
-export const PART_BYTES = 304;
+export const PART_BYTES = 320;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
 const CLAMPS = [128, 256, 512, 4096];
 export const METAL = 1024;
+const [REFRACTIVE, THIN] = [8192, 16384];
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
   const { camera, blend, base, shown, hiddenShells } = view;
@@ -80,6 +81,11 @@ export function partUniform(part: Part, shells: readonly BoundLayer[], local: Bo
   floats.set([...material.baseColor, material.metallic], 64);
   floats.set([...material.emission, material.normalScale], 68);
   new Uint32Array(data).set([partBits(part) | (local ? HAS_LOCAL : 0), shells.length], 72);
+  const { refraction } = material;
+  if (refraction) {
+    floats[74] = refraction.transmission;
+    floats.set([...refraction.absorption, refraction.index], 76);
+  }
   return data;
 }
 
@@ -96,6 +102,8 @@ export function partBits(part: Part): number {
   picturesOf(part).forEach((texture, k) => {
     if (texture) bits |= (PICTURES[k] as number) | (texture.clamp ? (CLAMPS[k] as number) : 0);
   });
+  const refraction = part.reflective ? part.material.refraction : undefined;
+  if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);
   if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
   return bits;
 }
