@@ -29,8 +29,7 @@ def main(out: Path) -> None:
     """Bakes, compares and draws into ``out``."""
     pem, figure, page = out / "teapot", out / "comparison.png", out / "teapot.html"
     shutil.rmtree(pem, ignore_errors=True)
-    run("bake", "teapot-room", "--views", "3", "--spacing", "2", "--image-size", "256", "--em-size", "128",
-        "--spp", "32", "--out", pem)  # fmt: skip
+    run("bake", "teapot-room", "--image-size", "256", "--em-size", "128", "--spp", "32", "--out", pem)
     run("compare", pem, "--spp", "64", "--figure", figure, "--page", page, "--json", out / "comparison.json")
     print(f"\nThe figure is {figure}, the page {page}.\nOpen the viewer with: .venv/bin/reflet view {pem}")
 

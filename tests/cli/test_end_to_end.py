@@ -15,7 +15,7 @@ from PIL import Image
 from reflet.cli.main import main
 from reflet.files.pictures.exr import read_exr
 from reflet.pem.container import open_pem
-from reflet.pipelines.bake import TIMINGS
+from reflet.pipelines.baking.timings import TIMINGS
 from reflet.render.playback.renderer import Renderer
 from reflet.report.comparison import METHODS, PLACES
 from reflet.report.measures import display_psnr, picture_srgb
@@ -52,7 +52,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_info_tells_what_was_baked(baked: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert reflet("info", baked) == 0
     out = capsys.readouterr().out
-    for words in (f"{VIEWS} along azimuth_deg", "16×16×6", "cube", "distant", "local", "ellipsoid"):
+    for words in (f"{VIEWS} along azimuth_deg", "16×16×6", "cube", "distant", "local light", "up to 5 hits"):
         assert words in out
 
 

@@ -29,9 +29,11 @@ class StoppedError(Exception):
 
 @pytest.fixture(autouse=True, scope="module")
 def small_work() -> Iterator[None]:
+    few = {"_TRIAL_IMAGE_SIZE": 32, "_TRIAL_SPP": 4, "_TRIAL_SAMPLE_COUNT": 4, "_CLOSE_SIZE": 16}
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"_TRIAL_IMAGE_SIZE": 32, "_TRIAL_SPP": 4, "_TRIAL_SAMPLE_COUNT": 4}.items():
+        for name, value in few.items():
             patch.setattr(held_back, name, value)
+        patch.setattr(base_maps, "_ENOUGH", 90.0)
         patch.setattr(joint_set, "_SETTINGS", SolverSettings(regularization=0.02, rounds=(3, 2)))
         yield
 
@@ -60,8 +62,8 @@ def test_it_has_distant_layers_alone_and_a_tree(two: ParameterizedEnvironmentMap
     assert {layer.kind for layer in two.layers} == {"distant"} and not len(two.maps)
     assert len(two.base) == len(two.distant_layers) >= 2
     told = two.statistics["base"]
-    better = "static" if told["static_psnr"] >= told["joint_psnr"] else "joint"
-    assert told["kind"] == better and two.lod_bias == base_maps.LOD_BIASES[better]
+    better = "joint" if told["joint_psnr"] > told["static_psnr"] + 0.2 else "static"
+    assert told["kind"] == better and two.lod_bias == -3.0
     assert ("joint" in two.statistics) == (better == "joint")
     assert "at held-back viewpoints" in pem_table(two)
 

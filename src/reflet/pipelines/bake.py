@@ -22,7 +22,7 @@ from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
-from reflet.pipelines.baking.base_maps import Base, choose_base, joint_base, static_base
+from reflet.pipelines.baking.base_maps import TRACED_LOD_BIAS, Base, choose_base, joint_base, static_base
 from reflet.pipelines.baking.choose_distant import AUTO, DistantChoice, check_choice, choose_distant
 from reflet.pipelines.baking.choose_fade import choose_fade
 from reflet.pipelines.baking.held_back import trial_views
@@ -115,8 +115,8 @@ def bake(
         space.orbit.image_size**2 * sample_count,
         scene.triangle_offsets[-1],
     )
-    for sample in range(space.sample_count):
-        check_camera(scene, space.camera(sample))
+    for point in space.points() or [{}]:
+        check_camera(scene, space.orbit.camera(point))
     use_variant(variant)  # what cannot trace is refused before anything is written
     parameters = {
         "scene": fingerprint(scene),
@@ -143,8 +143,7 @@ def bake(
     progress("prepare", 2, _PREPARATIONS)
     paths = spp * (STATIC_IRRADIANCE_SPP if static else IRRADIANCE_SPP)
     tracer = _tracer_with_irradiance(scene, variant, paths, traced, writer, progress)
-    tries = distant not in SHAPES or wanted == "best"
-    views = trial_views(tracer, space) if tries else []
+    views = [] if distant in SHAPES else trial_views(tracer, space)
     choices = choose_distant(tracer, space, views, distant, shells, progress)
     layouts = [choice.shells for choice in choices]
     probes = trace_probes(tracer, layouts, probe_size(chain), writer, progress, [choice.probe for choice in choices])
@@ -156,7 +155,7 @@ def bake(
     if wanted == "joint":
         base = joint_base(tracer, space, distant_layers, base, probes, writer, **joint)
     elif wanted == "best":
-        base = choose_base(tracer, space, views, distant_layers, base, probes, writer, **joint)
+        base = choose_base(tracer, space, distant_layers, base, probes, writer, **joint)
 
     local_layers: tuple[Layer, ...] = ()
     if space.sample_count and not traced:
@@ -175,7 +174,7 @@ def bake(
         space=space,
         layers=layers,
         on_hull=on_hull,
-        lod_bias=base.lod_bias,
+        lod_bias=TRACED_LOD_BIAS if traced else base.lod_bias,
         sample_count=sample_count,
         statistics=statistics,
         base=base.maps,

@@ -19,7 +19,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.files.pictures.exr import write_exr
 from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.pipelines.baking.base_maps import LOD_BIASES
+from reflet.pipelines.baking.base_maps import LOD_BIASES, TRACED_LOD_BIAS
 from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
 from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, probe_size, shells_of, static_texels, trace_probes
 from reflet.pipelines.baking.viewpoints import infer_view, sample_seed
@@ -199,12 +199,13 @@ def _compared_space(space: ParameterSpace) -> ParameterSpace:
 
 
 def _static_shells(pem: ParameterizedEnvironmentMap, tracer: Tracer) -> ParameterizedEnvironmentMap:
-    """The PEM's shells as static maps alone, shown as `bake` shows them."""
+    """The PEM's shells as static maps alone, with or without tracing, shown as `bake` shows them."""
     layers = tuple(pem.layers[index] for index in pem.distant_layers)
     probes = trace_probes(tracer, shells_of(pem.scene, layers), probe_size(layers[0].chain))
     base = _env_maps(layers, static_texels(pem.scene, layers, probes, pem.space.orbit.camera()))
     space = ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit)
-    return replace(pem, space=space, layers=layers, maps=[], base=base, lod_bias=STATIC_LOD_BIAS)
+    lod_bias = TRACED_LOD_BIAS if pem.most_hits else STATIC_LOD_BIAS
+    return replace(pem, space=space, layers=layers, maps=[], base=base, lod_bias=lod_bias)
 
 
 def _samples(space: ParameterSpace) -> list[int]:

@@ -9,7 +9,7 @@ from reflet.envmap.env_map import EnvMap
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
-from reflet.pipelines.baking.held_back import HeldBackView, display_psnr
+from reflet.pipelines.baking.held_back import HeldBackView, close_lod_bias, close_views, display_psnr
 from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
 from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, static_texels
 from reflet.pipelines.baking.timings import log_timing, solution_statistics
@@ -23,7 +23,9 @@ Kind = Literal["none", "static", "joint"]
 
 # A map that many viewpoints share averages over its texels: finer lookups than those of one viewpoint's maps show more.
 LOD_BIASES: dict[Kind, float] = {"none": -1.5, "joint": -2.0, "static": STATIC_LOD_BIAS}
-_ENOUGH = 42.0  # dB of static maps at which nothing is inferred: more would not be seen in pictures of 38 dB
+TRACED_LOD_BIAS = -3.0  # of all maps where traced rays end
+_ENOUGH = 38.0  # dB of static maps at which nothing is inferred: the edges of pictures of 64 samples have as much error
+_GAIN = 0.2  # dB that the joint set must gain over static maps
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,6 @@ def joint_base(
 def choose_base(
     tracer: Tracer,
     space: ParameterSpace,
-    views: Sequence[HeldBackView],
     layers: Sequence[Layer],
     static: Base,
     probes: Sequence[StaticProbe],
@@ -96,9 +97,11 @@ def choose_base(
     sample_count: int,
     progress: ProgressCallback = silent,
 ) -> Base:
-    """The better one at the held-back ``views``: on faceted meshes rows of facets' edges are noise, and inference does
-    harm."""
-    shows_static = _score(tracer, views, layers, static)
+    """The better one at held-back viewpoints, as traced rays look it up: on faceted meshes rows of facets' edges are
+    noise, and inference does harm."""
+    views = close_views(tracer, space)
+    bias = close_lod_bias(TRACED_LOD_BIAS, sample_count)
+    shows_static = _score(tracer, views, layers, static, bias)
     choice = BaseChoice("static", shows_static)
     best = static
     if shows_static < _ENOUGH:
@@ -106,16 +109,18 @@ def choose_base(
             tracer, space, layers, static, probes, writer,
             joint_spacing_deg=joint_spacing_deg, spp=spp, sample_count=sample_count, progress=progress,
         )  # fmt: skip
-        shows_joint = _score(tracer, views, layers, joint)
-        best = joint if shows_joint > shows_static else static
+        shows_joint = _score(tracer, views, layers, joint, bias)
+        best = joint if shows_joint > shows_static + _GAIN else static
         choice = BaseChoice(best.kind, shows_static, shows_joint)
     return Base(best.kind, best.maps, {**best.statistics, "base": asdict(choice)})
 
 
-def _score(tracer: Tracer, views: Sequence[HeldBackView], layers: Sequence[Layer], base: Base) -> float:
+def _score(
+    tracer: Tracer, views: Sequence[HeldBackView], layers: Sequence[Layer], base: Base, lod_bias: float
+) -> float:
     """Display PSNR in dB of the distant light of all objects."""
     errors = []
     for item in tracer.scene.objects:
         shells = [each for each, layer in zip(base.maps, layers, strict=True) if layer.parts == item.parts]
-        errors += [view.error(item.parts, shown_rows(view.gbuffer, shells, base.lod_bias)) for view in views]
+        errors += [view.error(item.parts, shown_rows(view.gbuffer, shells, lod_bias)) for view in views]
     return display_psnr(errors)

@@ -20,6 +20,8 @@ STEEPEST_DEG = 85.0  # elevation: beyond it azimuth means little
 _TRIAL_PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
 _TRIAL_IMAGE_SIZE, _TRIAL_SPP, _TRIAL_SAMPLE_COUNT = 256, 16, 16
 _TRIAL_SEED = 400_000
+_CLOSE_SIZE, _CLOSE_SAMPLES = 128, 64
+_CLOSE_SEED = 430_000
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,29 @@ def trial_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
         sample_count=_TRIAL_SAMPLE_COUNT,
         seed=_TRIAL_SEED,
     )
+
+
+def close_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
+    """The middles of full pictures at the same places, of `_CLOSE_SAMPLES` rays and sub-samples a pixel: what shows in a
+    finished picture."""
+    orbit = space.orbit
+    size = min(orbit.image_size, _CLOSE_SIZE)
+    half = np.tan(np.radians(orbit.fov_deg / 2.0)) * size / orbit.image_size
+    cut_out = replace(orbit, fov_deg=float(2.0 * np.degrees(np.arctan(half))))
+    return held_back_views(
+        tracer,
+        replace(space, orbit=cut_out),
+        _TRIAL_PLACES,
+        image_size=size,
+        spp=_CLOSE_SAMPLES,
+        sample_count=_CLOSE_SAMPLES,
+        seed=_CLOSE_SEED,
+    )
+
+
+def close_lod_bias(lod_bias: float, sample_count: int) -> float:
+    """The bias of lookups in `close_views`, of one for ``sample_count``: more samples see finer levels."""
+    return lod_bias - 0.5 * float(np.log2(_CLOSE_SAMPLES / sample_count))
 
 
 def trial_size(space: ParameterSpace) -> int:
