@@ -14,6 +14,7 @@ from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
 from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, static_texels
 from reflet.pipelines.baking.timings import log_timing, solution_statistics
 from reflet.progress import ProgressCallback, silent
+from reflet.report.measures import SquaredError
 from reflet.scene.views.framing import object_around
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.layers import StaticProbe
@@ -118,9 +119,12 @@ def choose_base(
 def _score(
     tracer: Tracer, views: Sequence[HeldBackView], layers: Sequence[Layer], base: Base, lod_bias: float
 ) -> float:
-    """Display PSNR in dB of the distant light of all objects."""
-    errors = []
+    """Display PSNR in dB of the error that maps add to that of true distant light, which rows' mean Fresnel terms and
+    alphas make; of all objects."""
+    error, least = SquaredError(), SquaredError()
     for item in tracer.scene.objects:
         shells = [each for each, layer in zip(base.maps, layers, strict=True) if layer.parts == item.parts]
-        errors += [view.error(item.parts, shown_rows(view.gbuffer, shells, lod_bias)) for view in views]
-    return display_psnr(errors)
+        for view in views:
+            error += view.error(item.parts, shown_rows(view.gbuffer, shells, lod_bias))
+            least += view.error(item.parts, view.true_distant())
+    return display_psnr([SquaredError(max(error.total - least.total, 0.0), error.values)])

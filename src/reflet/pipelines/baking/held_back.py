@@ -46,6 +46,13 @@ class HeldBackView:
         difference = np.subtract(*(tone_map(picture) for picture in pictures))
         return SquaredError(float((difference**2).sum()), difference.size)
 
+    def true_distant(self) -> Float32[np.ndarray, "rows 3"]:
+        """What maps at their best would show: the traced distant layer, at the G-buffer's rows."""
+        rows, at = common_rows(self.gbuffer, self.layers)
+        distant = np.zeros((len(self.gbuffer.row_pixel), 3), np.float32)
+        distant[rows] = self.layers.distant[at]
+        return distant
+
 
 def trial_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
     """Small pictures all around the sampled viewpoints, by which what serves them all is chosen."""
@@ -61,8 +68,8 @@ def trial_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
 
 
 def close_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
-    """The middles of full pictures at the same places, of `_CLOSE_SAMPLES` rays and sub-samples a pixel: what shows in a
-    finished picture."""
+    """The middles of full pictures at the same places, of `_CLOSE_SAMPLES` rays and sub-samples a pixel: what shows in
+    a finished picture."""
     orbit = space.orbit
     size = min(orbit.image_size, _CLOSE_SIZE)
     half = np.tan(np.radians(orbit.fov_deg / 2.0)) * size / orbit.image_size
