@@ -98,7 +98,8 @@ def main() -> None:
         folder = asked.folder / name
         if not (folder / "scene.gltf").exists():
             space = orbit_space(orbit, 3, 2.0)
-            bake(scene, folder, space, parameterization=name, em_size=size, spp=asked.spp, resume=folder.exists())
+            options = {"parameterization": name, "em_size": size, "spp": asked.spp, "local": "ellipsoid"}
+            bake(scene, folder, space, resume=folder.exists(), **options)
         pem = open_pem(folder)
         if not references:
             tracer = Tracer(pem.scene, irradiance=pem.irradiance)

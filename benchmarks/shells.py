@@ -55,7 +55,7 @@ def main() -> None:
     for name in ("box", "auto"):
         folder = asked.folder / name
         bake(
-            scene, folder, space, distant=name, em_size=asked.em_size, spp=asked.spp,
+            scene, folder, space, distant=name, local="ellipsoid", em_size=asked.em_size, spp=asked.spp,
             joint_spacing_deg=asked.joint_spacing, resume=folder.exists(),
         )  # fmt: skip
         pem = open_pem(folder)
