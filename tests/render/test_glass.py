@@ -124,6 +124,18 @@ def test_a_plate_moves_what_is_behind_it_by_snells_law() -> None:
     assert (shown == (x > 0.0)).mean() > 0.9998  # rays start off their surfaces by 1e-5 of the plate's size
 
 
+def test_glass_on_the_hull_is_gone_through() -> None:
+    """Whatever says that its fronts cannot meet the object: its inside does."""
+    pem = traced_pem(Part("ball", sphere(24, 48, 0.6), GLASS, True))
+    assert not pem.on_hull.any()
+    view = camera((0.4, 0.9, 2.0), (0.0, 0.0, 0.0))
+    plain, flagged = (
+        Renderer(replace(pem, on_hull=flags)).frame(view, samples=1, what="object")
+        for flags in (pem.on_hull, ~pem.on_hull)
+    )
+    np.testing.assert_array_equal(plain, flagged)
+
+
 def test_a_prism_reflects_totally() -> None:
     """Looked at square to one short face, light comes from square to the other, by the long one, without loss."""
     a, b, c = np.array([(-1, -1, 0), (1, -1, 0), (-1, 1, 0)], float)  # the right angle at a

@@ -18,7 +18,7 @@ from small_pem import small_pem
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.pem.container import save_pem
-from reflet.scene.material import Texture
+from reflet.scene.material import Refraction, Texture
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
@@ -26,7 +26,8 @@ ORBIT_VIEWS = 60  # more than the 41 that can be resident beside the base
 
 BETWEEN = {"azimuth_deg": 61.25}
 # Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own; shells, half faded to
-# their base; shells of another parameterization with a base alone; mirrors that see each other, painted all over.
+# their base; shells of another parameterization with a base alone; mirrors that see each other, painted all over; and
+# glass, solid and thin.
 OTHERS = {
     "latlong": BETWEEN,
     "dual_paraboloid": BETWEEN,
@@ -35,6 +36,7 @@ OTHERS = {
     "shells": {"azimuth_deg": 61.25, "elevation_deg": 27.0},
     "static": {"azimuth_deg": 200.0, "elevation_deg": 40.0},
     "traced": BETWEEN,
+    "glass": BETWEEN,
 }
 LAYERS = ["diffuse", "fresnel", "distant", "local"]
 ARGUMENTS = {
@@ -101,6 +103,17 @@ def traced_pem():
     return replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
 
 
+def glass_pem():
+    """The same of coloured glass, some of the light diffuse; the knob a bubble."""
+    pem = traced_pem()
+    ball, knob, *rest = pem.scene.parts
+    green = Refraction(1.4, transmission=0.8, attenuation_color=(0.1, 0.9, 0.4), attenuation_distance=0.7)
+    glass = replace(ball.material, refraction=green, emission=(0.0, 0.0, 0.0))
+    bubble = replace(knob.material, emission=(0.0, 0.0, 0.0), refraction=Refraction(1.6, thin=True))
+    parts = (replace(ball, material=glass), replace(knob, material=bubble), *rest)
+    return replace(pem, scene=replace(pem.scene, parts=parts))
+
+
 def other_pem(name):
     """One of `OTHERS`."""
     match name:
@@ -112,6 +125,8 @@ def other_pem(name):
             return small_pem(views=0, shells=3, parameterization=PARAMETERIZATIONS["dual_paraboloid"])
         case "traced":
             return traced_pem()
+        case "glass":
+            return glass_pem()
     return small_pem(parameterization=PARAMETERIZATIONS[name])
 
 

@@ -20,6 +20,7 @@ from reflet.render.playback.layouts import (
     HAS_LOCAL,
     OFF_HULL,
     REFLECTIVE,
+    REFRACTIVE,
     TRIANGLE_ON_HULL,
     part_uniform,
 )
@@ -175,7 +176,8 @@ class SceneBuffers:
         hits = self._pem.most_hits if bits & REFLECTIVE else 0
         traced = {"MOST_HITS": hits, "HIT_BITS": self._hit_bits} if hits else {}
         on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL or hits else 0
-        of_hull = traced if len(self._pem.scene.objects) > 1 else {}  # it sees other objects alone
+        # The hull's mirrors see other objects alone; what goes through glass always meets its own.
+        of_hull = traced if len(self._pem.scene.objects) > 1 or bits & REFRACTIVE else {}
         draws = [
             Draw(part, first, on_hull, bits & ~HAS_LOCAL, constants, of_hull),
             Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, constants, traced),
