@@ -1,5 +1,6 @@
 """``reflet shade``: pictures of materials, and what it refuses."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from reflet.cli.main import main
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import turn_about_vertical
+from reflet.errors import RefletWarning
 from reflet.files.env_image_file import read_env_image, write_env_image
 from reflet.files.ior_file import read_spectral_index
 from reflet.files.pictures.exr import read_exr
@@ -101,6 +103,25 @@ def test_parts_show_their_own_materials(white: Path) -> None:
         # Schlick's term and what bounces twice nearly cancel straight on.
         np.testing.assert_allclose(left[:3], metal.base_color, atol=5e-3)
         np.testing.assert_allclose(right[:3], np.zeros(3) if backs else metal.base_color, atol=5e-3)
+
+
+def test_glass_is_said_to_be_opaque(tmp_path: Path, white: Path) -> None:
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    corners = np.float32([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "pane"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": extensions}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"uri": "corners.bin", "byteLength": 36}],
+    }
+    (tmp_path / "corners.bin").write_bytes(corners.tobytes())
+    (tmp_path / "pane.gltf").write_text(json.dumps(document))
+    with pytest.warns(RefletWarning, match=r"Glass is shown opaque here: pane\."):
+        shade(tmp_path / "pane.gltf", white, "gltf", image_size=16, samples=1)
 
 
 def test_textures_count_by_their_mean() -> None:

@@ -223,6 +223,11 @@ def shade(
         if any(part.material.base_color_texture_srgb or part.material.metallic_roughness_texture for part in found):
             text = f"{Path(mesh).name} has textures, which are not honoured: their mean colour and roughness are shown."
             warnings.warn(text, RefletWarning, stacklevel=2)
+        glass = [part.name for part in found if part.material.refraction is not None]
+        if glass:
+            listed = ", ".join(glass[:8]) + (", …" if len(glass) > 8 else "")
+            text = f"Glass is shown opaque here: {listed}. What reflet bakes is seen through."
+            warnings.warn(text, RefletWarning, stacklevel=2)
         parts = [ShadedPart(part.mesh, own_material(part.material), part.material.double_sided) for part in found]
     orbit = frame_mesh(
         joined([part.mesh for part in parts]),
