@@ -2,7 +2,7 @@
 
     python benchmarks/glass.py FOLDER [--scene teapot|over_metal] [--image-size 256] [--em-size 256] [--spp 256] …
 
-Bakes the built-in room with a teapot of green glass, and with a glass ball and a ring of glass over a mirror that lies
+Bakes the built-in room with a teapot of clear glass, and with a glass ball and a ring of glass over a mirror that lies
 on the table, into FOLDER (and goes on with bakes that are there). Prints display PSNR and FLIP of the objects' pixels,
 at the orbit's own viewpoint and 20° above and beside it, against the ray tracer's picture, in which light is reflected
 or refracted at random up to 64 times, and writes the pictures, path tracing on the left. Beside them, the ray tracer
@@ -41,10 +41,11 @@ PLACES = {"the orbit": (0.0, 0.0), "+20° up": (0.0, 20.0), "20° beside": (20.0
 
 
 def teapot() -> Scene:
-    """The built-in teapot of green glass, solid, as its surface has no thickness; off the cloth, which it would else
-    coincide with, so that rounding would say on which side rays come out."""
+    """The built-in teapot of clear glass, solid, as its surface has no thickness; off the cloth, which it would else
+    coincide with, so that rounding would say on which side rays come out. Its lid does not close it: there rays leave
+    without meeting glass, and what they are attenuated by would go on to the next wall."""
     parts = teapot_room().parts
-    glass = [replace(part, material=GREEN, mesh=lifted(part.mesh, 0.004)) for part in parts if part.reflective]
+    glass = [replace(part, material=CLEAR, mesh=lifted(part.mesh, 0.004)) for part in parts if part.reflective]
     return assemble([*glass, *(part for part in parts if not part.reflective)])
 
 

@@ -198,3 +198,23 @@ def test_glass_is_met_by_mirrored_rays_and_meets_mirrors() -> None:
     # up through the pane the greedy path keeps all: what the pane sends back down comes from the same sky
     expected = (pane_f + (1 - pane_f) * floor_f)[..., None] * SKY
     np.testing.assert_allclose(shown[all_three][:, :3], expected[all_three], rtol=2e-3)
+
+
+def test_refracted_neighbours_tell_the_level() -> None:
+    """A ball shows its surroundings small: finer levels flicker, coarser ones blur."""
+
+    def fine(d: np.ndarray) -> np.ndarray:
+        return 1.0 + np.sin(24.0 * d + (0, 1, 2)) * np.sin(24.0 * np.roll(d, -1, axis=-1))
+
+    ball = Part("ball", sphere(48, 96, 0.6), GLASS, True)
+    pem = traced_pem(ball, sky=fine, size=128, sample_count=4)
+    view = camera((0.4, 0.9, 2.0), (0.0, 0.0, 0.0), 48)
+    truth = Renderer(replace(pem, lod_bias=-20.0)).frame(view, samples=64, what="object")
+
+    def psnr(lod_bias: float) -> float:
+        shown = Renderer(replace(pem, lod_bias=lod_bias)).frame(view, samples=4, what="object")
+        return float(-10.0 * np.log10(np.mean((shown - truth)[truth[..., 3] == 1.0] ** 2)))
+
+    finest, fitting, coarse = map(psnr, (-20.0, 0.0, 2.0))
+    assert fitting > finest + 0.5  # 0.85 dB
+    assert fitting > coarse + 5.0  # 9.6 dB

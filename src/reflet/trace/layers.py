@@ -36,8 +36,9 @@ class SegmentedLayers:
     ``surroundings + Σ coverage·(diffuse + fresnel·(local + (1 - alpha)·distant))``. Radiance is linear Rec. 709;
     ``local`` is premultiplied by ``alpha``. ``surroundings`` (radiance times its own coverage) holds everything that
     does not reflect, seen directly. ``combined`` is the mean of fresnel·(local + (1 - alpha)·distant) taken sample by
-    sample: what the reflection truly shows. ``shells`` is the distant layer shell by shell, the nearest first:
-    premultiplied radiance and alpha (`Shells`); zero where another object has more of them.
+    sample: what the reflection truly shows. Of glass ``distant`` and ``alpha`` are those of the mirrored ray too, and
+    ``local`` holds all that comes through, over ``fresnel``. ``shells`` is the distant layer shell by shell, the
+    nearest first: premultiplied radiance and alpha (`Shells`); zero where another object has more of them.
     """
 
     camera: Camera
