@@ -11,12 +11,13 @@ from small_scenes import ball, beside_a_block, files, in_a_room, orbit, under_th
 from reflet.infer.solve import SolverSettings
 from reflet.pem.container import open_pem
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.pipelines.bake import MOST_HITS, bake
+from reflet.pipelines.bake import GLASS_HITS, MOST_HITS, bake
 from reflet.pipelines.baking import base_maps, held_back, joint_set
 from reflet.render.playback.renderer import Renderer
 from reflet.report.measures import squared_error
 from reflet.report.table import pem_table
 from reflet.scene.assemble import assemble
+from reflet.scene.material import Refraction
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.compose import object_radiance
@@ -123,6 +124,16 @@ def test_a_bake_that_was_stopped_goes_on_to_the_same_files(tmp_path: Path) -> No
         small_bake(scene, tmp_path / "stopped", space, progress=stop)
     small_bake(scene, tmp_path / "stopped", space, resume=True)
     assert files(tmp_path / "whole") == files(tmp_path / "stopped")
+
+
+def test_glass_may_be_met_more_often(tmp_path: Path) -> None:
+    """A ray goes through both of its sides."""
+    clear = ball()
+    glass = replace(clear, material=replace(clear.material, metallic=0.0, refraction=Refraction(1.5)))
+    pem = small_bake(
+        assemble([glass], environment=under_the_sky().environment), tmp_path / "pem", orbit(0), static=True
+    )
+    assert pem.most_hits == GLASS_HITS > MOST_HITS
 
 
 def test_a_box_may_stand_for_the_room(tmp_path: Path) -> None:

@@ -1,9 +1,10 @@
 """The bake: from a scene to the folder of a parameterized environment map.
 
-Order of work: irradiance of the diffuse surroundings; for each object its static env map, from which the geometries are
-fitted; then viewpoint by viewpoint the traced layers, the G-buffer and the inference of every layer's map. Random
-numbers depend on the sample alone, so a bake that was killed and resumed equals an undisturbed one byte for byte; only
-``timings.jsonl``, a line for every sample, differs.
+Order of work: irradiance of the diffuse surroundings; for each object how its distant light is shown, by trial, and its
+static env maps; the base, static or inferred from viewpoints all around; then, for viewpoints with maps of their own,
+the traced layers, the G-buffer and the inference of every layer's map. Random numbers depend on the sample alone, so a
+bake that was killed and resumed equals an undisturbed one byte for byte; only ``timings.jsonl``, a line for every
+sample, differs.
 """
 
 from dataclasses import asdict
@@ -43,6 +44,7 @@ from reflet.trace.variant import use_variant
 TRACED = "traced"
 LOCALS = (TRACED, *SHAPES)
 MOST_HITS = 5  # mirrors that a ray may meet: more show nothing but in deep cavities
+GLASS_HITS = 12  # where there is glass, of which a ray meets both sides
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
 _PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
@@ -166,6 +168,7 @@ def bake(
     fade_deg = 0.0
     if base.maps and space.sample_count:
         fade_deg = choose_fade(tracer, space, layers, base.maps, base.lod_bias, writer.folder, progress)
+    glass = any(part.reflective and part.material.refraction for part in scene.parts)
     statistics = {"spp": spp, "distant": [_told(choice) for choice in choices], **base.statistics}
     progress("write", 0, 1)
     writer.finish(
@@ -179,7 +182,7 @@ def bake(
         statistics=statistics,
         base=base.maps,
         fade_deg=fade_deg,
-        most_hits=MOST_HITS if traced else 0,
+        most_hits=(GLASS_HITS if glass else MOST_HITS) if traced else 0,
     )
     progress("write", 1, 1)
     return writer.folder

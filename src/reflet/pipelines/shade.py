@@ -226,7 +226,7 @@ def shade(
         glass = [part.name for part in found if part.material.refraction is not None]
         if glass:
             listed = ", ".join(glass[:8]) + (", …" if len(glass) > 8 else "")
-            text = f"Glass is shown opaque here: {listed}. What reflet bakes is seen through."
+            text = f"Glass is shown opaque here: {listed}. It is seen through in what `reflet bake` makes."
             warnings.warn(text, RefletWarning, stacklevel=2)
         parts = [ShadedPart(part.mesh, own_material(part.material), part.material.double_sided) for part in found]
     orbit = frame_mesh(
