@@ -51,3 +51,19 @@ def test_probe_with_nothing_else_in_the_scene() -> None:
     probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.0, 0.0)), size=4, spp=4)
     np.testing.assert_allclose(probe.texels, 2.0, rtol=1e-6)
     assert np.isinf(probe.distance).all()
+
+
+def test_a_probe_inside_of_something_sees_what_is_outside() -> None:
+    """A globe around a closed core: its backs do not make the map black. Backs farther off are, as for any ray."""
+    globe, core = Part("globe", sphere(rows=8), CHROME, True), Part("core", sphere(radius=0.2, rows=8), GLOW)
+    what = scene([globe, core], [(0,)], constant_light(2.0))
+    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.0, 0.0)), size=8, spp=4)
+    np.testing.assert_allclose(probe.texels, 2.0, rtol=1e-6)
+    assert np.isinf(probe.distance).all()
+    shell = Part("shell", sphere(radius=3.0, rows=16), GLOW)
+    what = scene([globe, core, shell], [(0,)], constant_light(2.0))
+    probe = Tracer(what, irradiance=no_irradiance(what)).probe(0, Shells((0.0, 0.0, 0.0)), size=8, spp=4)
+    met = np.isfinite(probe.distance)
+    assert met.mean() > 0.95  # a ray along an edge may slip through
+    np.testing.assert_allclose(probe.distance[met], 3.0, rtol=0.03)  # 16 rows of flat triangles
+    assert np.median(MipChain(8).level(probe.texels, 0)) == 0.0

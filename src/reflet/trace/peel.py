@@ -10,7 +10,7 @@ import mitsuba as mi
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells
 from reflet.trace.light.radiance import arrive, sent_on
-from reflet.trace.surface import OFFSET
+from reflet.trace.surface import OFFSET, surface_at
 
 
 @dataclass
@@ -68,6 +68,23 @@ def peeled(device: DeviceScene, index: int, met: Met, direction, active, shells:
         distance = met.distance(origin)
         present = active & (distance < ends[number]) if number < len(ends) else mi.Bool(active)
         yield ShellLight(dr.select(present, light_from(device, met, direction, present), 0.0), present, distance)
+
+
+def gone_through(device: DeviceScene, index: int, met: Met, direction, origin, reach) -> Met:  # type: ignore[no-untyped-def]
+    """What rays meet behind backs of single-sided faces that they meet first, nearer than ``reach`` to the origin."""
+
+    def on_a_back(met):  # type: ignore[no-untyped-def]
+        surface = surface_at(device, met.triangle, met.uv, direction, met.valid)
+        return met.valid & ~surface.visible & (met.distance(origin) < reach)
+
+    def step(lanes, valid, triangle, uv, position):  # type: ignore[no-untyped-def]
+        on = position + direction * (OFFSET * dr.maximum(dr.max(dr.abs(position)), reach))
+        following = first_met(device, index, mi.Ray3f(on, direction), lanes)
+        return on_a_back(following), following.valid, following.triangle, following.uv, following.position
+
+    start = on_a_back(met), mi.Bool(met.valid), mi.UInt32(met.triangle), mi.Point2f(met.uv), mi.Point3f(met.position)
+    _, *found = dr.while_loop(start, lambda lanes, *_: lanes, step)
+    return Met(*found)
 
 
 def _beyond(device, index, met, direction, active, origin, begin) -> Met:  # type: ignore[no-untyped-def]

@@ -9,7 +9,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import AXES, texel_directions, texel_solid_angle
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
-from reflet.trace.peel import Met, first_met, light_from, peeled
+from reflet.trace.peel import Met, first_met, gone_through, light_from, peeled
 from reflet.trace.sampling import LANES, block_means, shifted_hammersley
 
 Distances = Float32[np.ndarray, "6 size size"]
@@ -88,8 +88,14 @@ def _texel_light(
 
 
 def _seen(device, object_index: int, shells: Shells, direction) -> Met:  # type: ignore[no-untyped-def]
+    """What is met from the origin, which may lie inside of something: the stem of a lamp in its globe of glass. Backs
+    that are nearer than the object is large are gone through, as long as nothing else is met."""
     eye = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in shells.origin))
-    return first_met(device, object_index, mi.Ray3f(eye, direction), mi.Bool(True), coherent=True)
+    parts = device.scene.objects[object_index].parts
+    corners = np.concatenate([device.scene.parts[part].mesh.positions for part in parts])
+    reach = float(np.linalg.norm(corners - np.array(shells.origin), axis=1).max())
+    met = first_met(device, object_index, mi.Ray3f(eye, direction), mi.Bool(True), coherent=True)
+    return gone_through(device, object_index, met, direction, eye, dr.opaque(mi.Float, reach))
 
 
 def _fill_levels(chain: MipChain, texels: Float32[np.ndarray, "texels 4"]) -> None:
