@@ -129,7 +129,7 @@ def compare(
     ]
     distant_layers: list[tuple[str, Renderer, float | None]] = [
         ("distant-only", renderer, None),
-        *([("distant-only-joint", renderer, 1.0)] if pem.base else []),
+        *([("distant-only-joint", renderer, 1.0)] if "joint" in pem.statistics else []),
         ("distant-only-static", static, None),
     ]
     progress("prepare", 2, 2)
