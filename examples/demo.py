@@ -30,20 +30,8 @@ def main(out: Path) -> None:
     pem, figure, page = out / "teapot", out / "comparison.png", out / "teapot.html"
     shutil.rmtree(pem, ignore_errors=True)
     run("bake", "teapot-room", "--image-size", "256", "--em-size", "128", "--spp", "32", "--out", pem)
-    run(
-        "compare",
-        pem,
-        "--spp",
-        "64",
-        "--samples",
-        "16",
-        "--figure",
-        figure,
-        "--page",
-        page,
-        "--json",
-        out / "comparison.json",
-    )
+    run("compare", pem, "--spp", "64", "--samples", "16", "--figure", figure, "--page", page,
+        "--json", out / "comparison.json")  # fmt: skip
     print(f"\nThe figure is {figure}, the page {page}.\nOpen the viewer with: .venv/bin/reflet view {pem}")
 
 
