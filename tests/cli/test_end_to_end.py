@@ -101,7 +101,8 @@ def test_compare_writes_what_its_numbers_can_be_recomputed_from(baked: Path, tmp
     )  # fmt: skip
     assert status == 0
     results = json.loads((tmp_path / "c.json").read_text())["results"]
-    assert [(row["where"], row["method"]) for row in results] == [(w, m) for w in PLACES for m in METHODS]
+    methods = [method for method in METHODS if method != "distant-only-joint"]  # under a sky static maps do
+    assert [(row["where"], row["method"]) for row in results] == [(w, m) for w in PLACES for m in methods]
     for row in results:
         names = [path.name[: -len("-mask.exr")] for path in (tmp_path / "images").glob(f"{row['where']}-*-mask.exr")]
         assert len(names) == {"between": VIEWS - 1, "dome": 12}.get(row["where"], VIEWS)
