@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float32
 # Every method with the words that figures and tables use for it, in their order. The distant layer alone lies under the
 # true local layer: it is measured without what else may be wrong.
 METHODS = {
-    "traced": "PEM, own mesh traced",
-    "traced-static": "static shells, own mesh traced",
+    "traced": "PEM, traced",
+    "traced-static": "static shells, traced",
     "layered": "layered PEM",
     "distant-only": "distant layer alone",
     "distant-only-joint": "distant layer alone, joint",

@@ -29,6 +29,7 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
     exhibits = comparison.exhibits
     shown = [method for method in comparison.methods if not method.startswith("distant-only")]
     columns = 1 + len(shown)
+    title_size = min(8.4, 76.0 / columns)  # points: the longest word fits its column
     aspects = [exhibit.coverage.shape[0] / exhibit.coverage.shape[1] for exhibit in exhibits]
     heights = [TITLE]
     for aspect in aspects:
@@ -43,10 +44,10 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
         axes.set_axis_off()
         return axes
 
-    _write(cell(0, 0), 0.5, "ray traced", size=8.4, weight="bold")
+    _write(cell(0, 0), 0.5, "ray traced", size=title_size, weight="bold")
     for column, method in enumerate(shown, start=1):
         title = METHODS[method].replace(", ", "\n")
-        _write(cell(0, column), 0.5, title, size=8.4, weight="bold" if method == comparison.played else "normal")
+        _write(cell(0, column), 0.5, title, size=title_size, weight="bold" if method == comparison.played else "normal")
     for place, exhibit in enumerate(exhibits):
         row = 1 + 3 * place
         cell(row, 0).imshow(_over_background(exhibit.reference, exhibit, exposure))
@@ -76,7 +77,7 @@ def _write(axes: Axes, y: float, text: str, *, size: float, weight: str = "norma
 
 def _describe(axes: Axes, exhibit: Exhibit) -> None:
     """Names the place beside its error images, and shows their colour scale."""
-    _write(axes, 0.82, PLACES[exhibit.where], size=7.6, weight="bold")
+    _write(axes, 0.82, PLACES[exhibit.where], size=6.8, weight="bold")
     _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:.3g}°", size=6.4, color=SOFT_INK)
     _write(axes, 0.51, f"elevation {exhibit.elevation_deg:.3g}°", size=6.4, color=SOFT_INK)
     scale = axes.inset_axes((0.18, 0.24, 0.64, 0.07))
