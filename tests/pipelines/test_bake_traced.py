@@ -11,7 +11,7 @@ from small_scenes import ball, beside_a_block, files, in_a_room, orbit, under_th
 from reflet.infer.solve import SolverSettings
 from reflet.pem.container import open_pem
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.pipelines.bake import GLASS_HITS, MOST_HITS, bake
+from reflet.pipelines.bake import GLASS_HITS, MIRROR_HITS, bake
 from reflet.pipelines.baking import base_maps, held_back, joint_set
 from reflet.render.playback.renderer import Renderer
 from reflet.report.measures import squared_error
@@ -59,7 +59,7 @@ def _two(tmp_path_factory: pytest.TempPathFactory) -> ParameterizedEnvironmentMa
 
 
 def test_it_has_distant_layers_alone_and_a_tree(two: ParameterizedEnvironmentMap) -> None:
-    assert two.most_hits == MOST_HITS and two.bvh is not None
+    assert two.most_hits == MIRROR_HITS and two.bvh is not None
     assert {layer.kind for layer in two.layers} == {"distant"} and not len(two.maps)
     assert len(two.base) == len(two.distant_layers) >= 2
     told = two.statistics["base"]
@@ -109,7 +109,7 @@ def test_what_inference_harms_is_left_static(tmp_path: Path, monkeypatch: pytest
 def test_viewpoints_may_have_maps_over_the_base(tmp_path: Path) -> None:
     pem = small_bake(beside_a_block(), tmp_path / "pem", orbit(2), distant="relief", shells=2)
     assert len(pem.maps) == 2 and {layer.kind for layer in pem.layers} == {"distant"}
-    assert pem.fade_deg >= 2.0 and pem.most_hits == MOST_HITS
+    assert pem.fade_deg >= 2.0 and pem.most_hits == MIRROR_HITS
 
 
 def test_a_bake_that_was_stopped_goes_on_to_the_same_files(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_glass_may_be_met_more_often(tmp_path: Path) -> None:
     pem = small_bake(
         assemble([glass], environment=under_the_sky().environment), tmp_path / "pem", orbit(0), static=True
     )
-    assert pem.most_hits == GLASS_HITS > MOST_HITS
+    assert pem.most_hits == GLASS_HITS > MIRROR_HITS
 
 
 def test_a_box_may_stand_for_the_room(tmp_path: Path) -> None:

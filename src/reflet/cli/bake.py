@@ -142,6 +142,7 @@ def bake(
         progress("read", 0, 3)  # also while modules are loaded
         from reflet.pem.reader import read_statistics
         from reflet.pipelines.bake import bake as bake_scene
+        from reflet.pipelines.bake import default_views
         from reflet.pipelines.load import load_scene
         from reflet.report.distant_choice import base_choice, distant_choice
         from reflet.scene.views.framing import frame_orbit
@@ -162,7 +163,7 @@ def bake(
         bake_scene(
             loaded,
             out,
-            orbit_space(orbit, views if views is not None else 0 if local == "traced" else 3, spacing),
+            orbit_space(orbit, default_views(local) if views is None else views, spacing),
             parameterization=parameterization,
             em_size=em_size,
             spp=spp,

@@ -25,6 +25,12 @@ def lod_from_neighbours(
     return np.clip(np.log2(np.maximum(rho, _SMALLEST_RHO)) + lod_bias, 0.0, chain.level_count - 1.0)
 
 
+def finer_lod_bias(lod_bias: float, sample_count: int, samples: int) -> float:
+    """An LOD bias that is for ``sample_count`` samples a pixel, at ``samples``: half a level a doubling, as samples lie
+    closer together."""
+    return lod_bias - 0.5 * float(np.log2(samples / sample_count))
+
+
 def _distance_on_face(direction: Float[np.ndarray, "3 n 3"]) -> Float[np.ndarray, "n"]:
     """In units of (s, t): all three are projected on the face that the first meets.
 

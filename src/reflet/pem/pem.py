@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Geometry
+from reflet.envmap.lod import finer_lod_bias
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
@@ -106,7 +107,7 @@ class ParameterizedEnvironmentMap:
     def lod_bias_at(self, samples: int) -> float:
         """What the LOD is shifted by in a picture of ``samples`` a pixel: where rays are traced, more of them see finer
         levels."""
-        return self.lod_bias - (0.5 * float(np.log2(samples / self.sample_count)) if self.most_hits else 0.0)
+        return finer_lod_bias(self.lod_bias, self.sample_count, samples) if self.most_hits else self.lod_bias
 
     @property
     def distant_layers(self) -> list[int]:

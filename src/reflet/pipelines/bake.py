@@ -8,6 +8,7 @@ sample, differs.
 """
 
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -43,7 +44,7 @@ from reflet.trace.variant import use_variant
 
 TRACED = "traced"
 LOCALS = (TRACED, *SHAPES)
-MOST_HITS = 5  # mirrors that a ray may meet: more show nothing but in deep cavities
+MIRROR_HITS = 5  # mirrors that a ray may meet: more show nothing but in deep cavities
 GLASS_HITS = 12  # where there is glass, of which a ray meets both sides
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
@@ -102,7 +103,7 @@ def bake(
     if joint_spacing_deg is not None and not joint_spacing_deg > 0.0:
         raise RefletError(f"Viewpoints of the joint set are a positive angle apart, not {joint_spacing_deg:g} degrees.")
     traced = local == TRACED
-    space = space or orbit_space(frame_orbit(scene), views=0 if traced else 3, spacing_deg=2.0)
+    space = space or orbit_space(frame_orbit(scene), views=default_views(local), spacing_deg=2.0)
     wanted: Literal["none", "static", "joint", "best"] = "best" if traced else "joint"
     if static:
         space, wanted = ParameterSpace((Axis("azimuth_deg", ()),), space.orbit), "static"
@@ -157,7 +158,8 @@ def bake(
     if wanted == "joint":
         base = joint_base(tracer, space, distant_layers, base, probes, writer, **joint)
     elif wanted == "best":
-        base = choose_base(tracer, space, distant_layers, base, probes, writer, **joint)
+        infer_joint = partial(joint_base, tracer, space, distant_layers, base, probes, writer, **joint)
+        base = choose_base(tracer, space, distant_layers, base, infer_joint, sample_count)
 
     local_layers: tuple[Layer, ...] = ()
     if space.sample_count and not traced:
@@ -182,10 +184,15 @@ def bake(
         statistics=statistics,
         base=base.maps,
         fade_deg=fade_deg,
-        most_hits=(GLASS_HITS if glass else MOST_HITS) if traced else 0,
+        most_hits=(GLASS_HITS if glass else MIRROR_HITS) if traced else 0,
     )
     progress("write", 1, 1)
     return writer.folder
+
+
+def default_views(local: str) -> int:
+    """How many viewpoints have maps of their own: traced local light needs none."""
+    return 0 if local == TRACED else 3
 
 
 def default_size(parameterization: Parameterization) -> int:

@@ -23,6 +23,11 @@ def bounding_sphere(positions: Float[np.ndarray, "vertices 3"]) -> tuple[Float[n
     return centre, float(np.sqrt(((positions - centre) ** 2).sum(axis=1).max()))
 
 
+def reach(scene: Scene, index: int, origin: tuple[float, float, float]) -> float:
+    """Metres from a point to the farthest vertex of an object."""
+    return float(np.linalg.norm(object_positions(scene, index) - origin, axis=1).max())
+
+
 def supporting_height(scene: Scene, index: int) -> float:
     """Height (y) in metres of the horizontal plane that an object rests on: its lowest vertex [Hakura01, sec. 4]."""
     return float(object_positions(scene, index)[:, 1].min())

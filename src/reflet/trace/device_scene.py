@@ -10,6 +10,7 @@ from functools import cached_property
 import mitsuba as mi
 import numpy as np
 
+from reflet.scene.bounds import reach
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 
@@ -50,6 +51,7 @@ class DeviceScene:
         self._upload_environment()
         self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
         self._without: dict[int, tuple[mi.Scene | None, mi.UInt32]] = {}
+        self._reaches: dict[tuple[int, tuple[float, float, float]], float] = {}
         none = np.zeros(len(self.triangles), np.uint32)
         self.set_irradiance(IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
 
@@ -65,6 +67,13 @@ class DeviceScene:
             scene = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles[kept])}) if len(kept) else None
             self._without[index] = scene, mi.UInt32(kept)
         return self._without[index]
+
+    def reach(self, index: int, origin: tuple[float, float, float]) -> float:
+        """`reflet.scene.bounds.reach`, found once: a probe is traced in many batches."""
+        key = index, origin
+        if key not in self._reaches:
+            self._reaches[key] = reach(self.scene, index, origin)
+        return self._reaches[key]
 
     def set_irradiance(self, irradiance: IrradianceMap) -> None:
         """Take these mesh colours for all surfaces from now on."""

@@ -77,33 +77,23 @@ def gone_through(device: DeviceScene, index: int, met: Met, direction, origin, r
         surface = surface_at(device, met.triangle, met.uv, direction, met.valid)
         return met.valid & ~surface.visible & (met.distance(origin) < reach)
 
-    def step(lanes, valid, triangle, uv, position):  # type: ignore[no-untyped-def]
-        on = position + direction * (OFFSET * dr.maximum(dr.max(dr.abs(position)), reach))
-        following = first_met(device, index, mi.Ray3f(on, direction), lanes)
-        return on_a_back(following), following.valid, following.triangle, following.uv, following.position
-
-    start = on_a_back(met), mi.Bool(met.valid), mi.UInt32(met.triangle), mi.Point2f(met.uv), mi.Point3f(met.position)
-    _, *found = dr.while_loop(start, lambda lanes, *_: lanes, step)
-    return Met(*found)
+    return _on(device, index, met, direction, reach, on_a_back)
 
 
 def _beyond(device, index, met, direction, active, origin, begin) -> Met:  # type: ignore[no-untyped-def]
-    """The first hit at least ``begin`` metres from the origin. Rays go on just behind what they met, however often."""
+    """The first hit at least ``begin`` metres from the origin."""
+    return _on(device, index, met, direction, begin, lambda met: active & (met.distance(origin) < begin))
 
-    def nearer(active, met):  # type: ignore[no-untyped-def]
-        return active & (met.distance(origin) < begin)
+
+def _on(device, index, met, direction, extent, passes) -> Met:  # type: ignore[no-untyped-def]
+    """The first hit that rays do not pass. They go on just behind what they met, however often; ``extent`` is a least
+    length in metres, by which rounding is judged."""
 
     def step(lanes, valid, triangle, uv, position):  # type: ignore[no-untyped-def]
-        on = position + direction * (OFFSET * dr.maximum(dr.max(dr.abs(position)), begin))
+        on = position + direction * (OFFSET * dr.maximum(dr.max(dr.abs(position)), extent))
         following = first_met(device, index, mi.Ray3f(on, direction), lanes)
-        return nearer(lanes, following), following.valid, following.triangle, following.uv, following.position
+        return lanes & passes(following), following.valid, following.triangle, following.uv, following.position
 
-    start = (
-        nearer(active, met),
-        mi.Bool(met.valid),
-        mi.UInt32(met.triangle),
-        mi.Point2f(met.uv),
-        mi.Point3f(met.position),
-    )
+    start = passes(met), mi.Bool(met.valid), mi.UInt32(met.triangle), mi.Point2f(met.uv), mi.Point3f(met.position)
     _, *found = dr.while_loop(start, lambda lanes, *_: lanes, step)
     return Met(*found)

@@ -91,11 +91,9 @@ def _seen(device, object_index: int, shells: Shells, direction) -> Met:  # type:
     """What is met from the origin, which may lie inside of something: the stem of a lamp in its globe of glass. Backs
     that are nearer than the object is large are gone through, as long as nothing else is met."""
     eye = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in shells.origin))
-    parts = device.scene.objects[object_index].parts
-    corners = np.concatenate([device.scene.parts[part].mesh.positions for part in parts])
-    reach = float(np.linalg.norm(corners - np.array(shells.origin), axis=1).max())
+    near = dr.opaque(mi.Float, device.reach(object_index, shells.origin))
     met = first_met(device, object_index, mi.Ray3f(eye, direction), mi.Bool(True), coherent=True)
-    return gone_through(device, object_index, met, direction, eye, dr.opaque(mi.Float, reach))
+    return gone_through(device, object_index, met, direction, eye, near)
 
 
 def _fill_levels(chain: MipChain, texels: Float32[np.ndarray, "texels 4"]) -> None:

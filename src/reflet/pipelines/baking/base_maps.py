@@ -1,15 +1,16 @@
 """The base: maps of the distant layers that serve every viewpoint, static ones or the joint set."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from reflet.envmap.env_map import EnvMap
+from reflet.envmap.lod import finer_lod_bias
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
-from reflet.pipelines.baking.held_back import HeldBackView, close_lod_bias, close_views, display_psnr
+from reflet.pipelines.baking.held_back import CLOSE_SAMPLES, HeldBackView, close_views, display_psnr
 from reflet.pipelines.baking.joint_set import infer_joint_set, joint_points
 from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, static_texels
 from reflet.pipelines.baking.timings import log_timing, solution_statistics
@@ -90,26 +91,20 @@ def choose_base(
     space: ParameterSpace,
     layers: Sequence[Layer],
     static: Base,
-    probes: Sequence[StaticProbe],
-    writer: PemWriter,
-    *,
-    joint_spacing_deg: float | None,
-    spp: int,
+    infer_joint: Callable[[], Base],
     sample_count: int,
-    progress: ProgressCallback = silent,
 ) -> Base:
-    """The better one at held-back viewpoints, as traced rays look it up: on faceted meshes rows of facets' edges are
-    noise, and inference does harm."""
+    """The better one of ``static`` and what ``infer_joint`` gives, at held-back viewpoints, as traced rays look it up.
+
+    On faceted meshes rows of facets' edges are noise, and inference does harm. Biases are for ``sample_count`` samples.
+    """
     views = close_views(tracer, space)
-    bias = close_lod_bias(TRACED_LOD_BIAS, sample_count)
+    bias = finer_lod_bias(TRACED_LOD_BIAS, sample_count, CLOSE_SAMPLES)
     shows_static = _score(tracer, views, layers, static, bias)
     choice = BaseChoice("static", shows_static)
     best = static
     if shows_static < _ENOUGH:
-        joint = joint_base(
-            tracer, space, layers, static, probes, writer,
-            joint_spacing_deg=joint_spacing_deg, spp=spp, sample_count=sample_count, progress=progress,
-        )  # fmt: skip
+        joint = infer_joint()
         shows_joint = _score(tracer, views, layers, joint, bias)
         best = joint if shows_joint > shows_static + _GAIN else static
         choice = BaseChoice(best.kind, shows_static, shows_joint)

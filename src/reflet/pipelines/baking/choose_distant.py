@@ -8,8 +8,6 @@ pictures are within `_GAIN` of the best, the cheapest to look up is taken.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, SHAPES, Geometry
 from reflet.envmap.relief import FETCHES, Relief
@@ -22,7 +20,7 @@ from reflet.pem.pem import MOST_SHELLS
 from reflet.pipelines.baking.held_back import HeldBackView, display_psnr, trial_size
 from reflet.pipelines.baking.probes import PROBE_SPP, STATIC_LOD_BIAS
 from reflet.progress import ProgressCallback, silent
-from reflet.scene.bounds import object_positions
+from reflet.scene.bounds import reach
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.layers import Shells, StaticProbe
 from reflet.trace.tracer import Tracer
@@ -77,8 +75,8 @@ def choose_distant(
     for number, origin in enumerate(origins):
         progress("choose shells", number, count)
         distance = tracer.distances(number, Shells(origin), size=map_size)[0]
-        reach = float(np.linalg.norm(object_positions(tracer.scene, number) - origin, axis=1).max())
-        gaps = depth_gaps(distance, reach, (MOST_SHELLS if shell_count is None else shell_count) - 1)
+        most = MOST_SHELLS if shell_count is None else shell_count
+        gaps = depth_gaps(distance, reach(tracer.scene, number, origin), most - 1)
         fewest = 0 if shell_count is None else len(gaps)
         layouts = [Shells(origin, tuple(sorted(gaps[:used]))) for used in range(fewest, len(gaps) + 1)]
         choices.append(_best(tracer, number, layouts, distant, views, map_size))

@@ -20,7 +20,7 @@ STEEPEST_DEG = 85.0  # elevation: beyond it azimuth means little
 _TRIAL_PLACES = ((-13.0, 7.0), (17.0, -6.0), (5.0, 22.0))  # azimuth and elevation from the middle sample
 _TRIAL_IMAGE_SIZE, _TRIAL_SPP, _TRIAL_SAMPLE_COUNT = 256, 16, 16
 _TRIAL_SEED = 400_000
-_CLOSE_SIZE, _CLOSE_SAMPLES = 128, 64
+_CLOSE_SIZE, CLOSE_SAMPLES = 128, 64
 _CLOSE_SEED = 430_000
 
 
@@ -68,7 +68,7 @@ def trial_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
 
 
 def close_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
-    """The middles of full pictures at the same places, of `_CLOSE_SAMPLES` rays and sub-samples a pixel: what shows in
+    """The middles of full pictures at the same places, of `CLOSE_SAMPLES` rays and sub-samples a pixel: what shows in
     a finished picture."""
     orbit = space.orbit
     size = min(orbit.image_size, _CLOSE_SIZE)
@@ -79,15 +79,10 @@ def close_views(tracer: Tracer, space: ParameterSpace) -> list[HeldBackView]:
         replace(space, orbit=cut_out),
         _TRIAL_PLACES,
         image_size=size,
-        spp=_CLOSE_SAMPLES,
-        sample_count=_CLOSE_SAMPLES,
+        spp=CLOSE_SAMPLES,
+        sample_count=CLOSE_SAMPLES,
         seed=_CLOSE_SEED,
     )
-
-
-def close_lod_bias(lod_bias: float, sample_count: int) -> float:
-    """The bias of lookups in `close_views`, of one for ``sample_count``: more samples see finer levels."""
-    return lod_bias - 0.5 * float(np.log2(_CLOSE_SAMPLES / sample_count))
 
 
 def trial_size(space: ParameterSpace) -> int:

@@ -7,9 +7,11 @@ up for rays not cast, and bounds their number. Some 0.1 % of the rays that would
 """
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt32
+from jaxtyping import Bool, Float32, Int, UInt32
 from numba import njit, prange
 
+from reflet.envmap.parameterizations.compiled_parameterization import OCTAHEDRAL, direction_at
+from reflet.envmap.parameterizations.octahedral import fold
 from reflet.scene.bvh.bvh import MOST_DEPTH
 from reflet.scene.bvh.closest_hit import trace
 from reflet.scene.bvh.nodes import BvhNodes
@@ -43,18 +45,11 @@ def direction_bits(
     return np.stack([found & np.uint64(0xFFFFFFFF), found >> np.uint64(32)], axis=1).astype(np.uint32)
 
 
-def _neighbours() -> np.ndarray:
-    """The four cells beside each, over the map's edges too: each edge meets itself, turned about its middle."""
-    out = np.empty((CELLS * CELLS, 4), np.int64)
-    for cell in range(CELLS * CELLS):
-        for k, (i, j) in enumerate(((-1, 0), (0, -1), (0, 1), (1, 0))):
-            row, column = cell // CELLS + i, cell % CELLS + j
-            if not 0 <= column < CELLS:
-                row, column = CELLS - 1 - row, np.clip(column, 0, CELLS - 1)
-            if not 0 <= row < CELLS:
-                row, column = np.clip(row, 0, CELLS - 1), CELLS - 1 - column
-            out[cell, k] = CELLS * row + column
-    return out
+def _neighbours() -> Int[np.ndarray, "cells 4"]:
+    """The four cells beside each, over the map's edges too."""
+    row, column = np.indices((CELLS, CELLS)).reshape(2, -1, 1)
+    row, column = fold(row + np.array([-1, 0, 0, 1]), column + np.array([0, -1, 1, 0]), CELLS)
+    return CELLS * row + column
 
 
 _BESIDE = _neighbours()
@@ -67,17 +62,6 @@ def _random(seed):  # type: ignore[no-untyped-def]
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return float((z ^ (z >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53
-
-
-@njit(cache=True, error_model="numpy")
-def _direction(s, t):  # type: ignore[no-untyped-def]
-    """Unit direction of a point in [-1, 1]² of the octahedral map."""
-    y = 1.0 - abs(s) - abs(t)
-    x, z = s, t
-    if y < 0.0:
-        x, z = (1.0 - abs(t)) * (1.0 if s >= 0.0 else -1.0), (1.0 - abs(s)) * (1.0 if t >= 0.0 else -1.0)
-    length = np.sqrt(x * x + y * y + z * z)
-    return x / length, y / length, z / length
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -93,9 +77,8 @@ def _cast(lower, upper, link, counts, first, edges, looking, starts, double_side
             for ray in range(rays):
                 seed = ((p * CELLS * CELLS + cell) * rays + ray) * 5
                 i = looking[begin + min(int(_random(seed) * size), size - 1)]
-                s = (cell % CELLS + _random(seed + 1)) * (2.0 / CELLS) - 1.0
-                t = (cell // CELLS + _random(seed + 2)) * (2.0 / CELLS) - 1.0
-                dx, dy, dz = _direction(s, t)
+                u, v = (cell % CELLS + _random(seed + 1)) / CELLS, (cell // CELLS + _random(seed + 2)) / CELLS
+                dx, dy, dz = direction_at(OCTAHEDRAL, 0, u, v)
                 a, b = edges[i, 0], edges[i, 1]
                 nx, ny, nz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
                 length = np.sqrt(float(nx) * nx + float(ny) * ny + float(nz) * nz)
