@@ -77,7 +77,7 @@ def _write(axes: Axes, y: float, text: str, *, size: float, weight: str = "norma
 
 def _describe(axes: Axes, exhibit: Exhibit) -> None:
     """Names the place beside its error images, and shows their colour scale."""
-    _write(axes, 0.82, PLACES[exhibit.where], size=6.8, weight="bold")
+    _write(axes, 0.82, PLACES[exhibit.where], size=6.2, weight="bold")
     _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:.3g}°", size=6.4, color=SOFT_INK)
     _write(axes, 0.51, f"elevation {exhibit.elevation_deg:.3g}°", size=6.4, color=SOFT_INK)
     scale = axes.inset_axes((0.18, 0.24, 0.64, 0.07))
