@@ -119,7 +119,7 @@ def test_compare_writes_what_its_numbers_can_be_recomputed_from(baked: Path, tmp
     # A static map has no reflection of the ring in itself, a layered one has.
     assert psnr["sample", "layered"] > psnr["sample", "static-infinite"]
     page = (tmp_path / "c.html").read_text()
-    # It needs nothing else: no address. (A colon is no letter of base 64, in which any four letters may stand by chance.)
+    # It needs nothing else: no address. (A colon is no letter of base 64, in which any word may stand by chance.)
     assert page.count("data:image/png;base64,") >= 4 and "://" not in page
     assert Image.open(tmp_path / "c.png").width == 2000
 

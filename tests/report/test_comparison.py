@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.report import measures
-from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit
+from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit, Viewpoint, ViewResult
+from reflet.report.curves import curve
 from reflet.report.figure import BACKGROUND, comparison_figure
 from reflet.report.maps_figure import env_map_sheet
 from reflet.report.table import comparison_table
@@ -29,10 +31,16 @@ def comparison() -> Comparison:
         pictures = {}
         for number, method in enumerate(METHODS):
             pictures[method] = (reference * (1.1 + 0.1 * number)).astype(np.float32)
-            tally.add(where, method, reference, pictures[method], coverage > 0.5)
+            tally.add(
+                Viewpoint(where, 0, 60.0, 22.0, float(len(exhibits))),
+                method,
+                reference,
+                pictures[method],
+                coverage > 0.5,
+            )
         exhibits.append(Exhibit(where, 60.0, 22.0, reference, coverage, pictures))
     results = tally.results(2.0, dict.fromkeys(PLACES, 22.0))
-    return Comparison(results, tuple(exhibits), {"samples": 16}, reference, reference)
+    return Comparison(results, tuple(tally.views), tuple(exhibits), {"samples": 16}, reference, reference)
 
 
 def test_tally_pools_views_like_the_measures() -> None:
@@ -42,8 +50,9 @@ def test_tally_pools_views_like_the_measures() -> None:
     masks[0, 4:20, 4:20] = True
     masks[1, 8:14, 6:16] = True
     tally = Tally()
-    for reference, image, mask in zip(references, images, masks, strict=True):
-        tally.add("sample", "layered", reference, image, mask)
+    for number, (reference, image, mask) in enumerate(zip(references, images, masks, strict=True)):
+        tally.add(Viewpoint("sample", number, 60.0, 22.0, 0.0), "layered", reference, image, mask)
+        assert tally.views[number].psnr_display == pytest.approx(measures.display_psnr(reference, image, mask))
     (result,) = tally.results(2.0, {"sample": 22.0})
     assert result.psnr_display == pytest.approx(measures.display_psnr(references, images, masks), abs=1e-9)
     # Means over all pixels of both views, so the larger mask counts more.
@@ -60,6 +69,21 @@ def test_json_has_one_row_for_each_place_and_method(comparison: Comparison) -> N
         "where", "method", "spacing_deg", "elevation_deg", "distance_factor", "psnr_display", "ssim", "flip",
     }  # fmt: skip
     assert document["samples"] == 16
+    assert [(row["where"], row["method"]) for row in document["views"]] == [(w, m) for w in PLACES for m in METHODS]
+    assert document["views"][0] == {
+        "where": "sample", "number": 0, "azimuth_deg": 60.0, "elevation_deg": 22.0, "away_deg": 0.0,
+        "method": "traced", "psnr_display": document["results"][0]["psnr_display"],
+    }  # fmt: skip
+
+
+def test_a_curve_pools_the_squared_errors_of_viewpoints_equally_far(comparison: Comparison) -> None:
+    def view(number: int, away_deg: float, error: float) -> ViewResult:
+        return ViewResult(Viewpoint("dome", number, 60.0, 22.0, away_deg), "traced", -10.0 * np.log10(error))
+
+    views = (view(0, 7.0, 0.03), view(1, 0.0, 0.01), view(2, 9.0, 0.01), view(3, 0.0, 0.01), view(4, 30.0, 0.1))
+    away, psnr = curve(replace(comparison, views=views), "traced")
+    np.testing.assert_allclose(away, [0.0, 8.0, 30.0])
+    np.testing.assert_allclose(psnr, [20.0, -10.0 * np.log10(0.02), 10.0])
 
 
 def test_figure_is_legible_and_reproducible(comparison: Comparison) -> None:
@@ -80,7 +104,7 @@ def test_table_names_every_method_and_marks_no_place_that_was_not_measured(compa
         assert words in table
         assert f"{comparison.result('sample', method).psnr_display:.2f}" in table
     first = tuple(result for result in comparison.results if result.where == "sample")
-    only = Comparison(first, comparison.exhibits[:1], {}, *(2 * [comparison.reference_picture]))
+    only = Comparison(first, (), comparison.exhibits[:1], {}, *(2 * [comparison.reference_picture]))
     assert PLACES["sample"] in comparison_table(only)
     assert PLACES["between"] not in comparison_table(only)
 

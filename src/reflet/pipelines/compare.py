@@ -27,7 +27,7 @@ from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
 from reflet.render.playback.layouts import Shown
 from reflet.render.playback.renderer import ALL_SHOWN, Renderer, Samples
-from reflet.report.comparison import Comparison, Exhibit
+from reflet.report.comparison import Comparison, Exhibit, Viewpoint
 from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, squared_error
 from reflet.report.tally import Tally
 from reflet.scene.views.camera import Camera
@@ -38,6 +38,7 @@ from reflet.trace.tracer import Tracer
 
 MOST_SAMPLES = 3
 REFERENCE_SEED = 1_000_000  # far above any sample's
+_ANGLES = ("azimuth_deg", "elevation_deg")
 HIGHEST_DEG = 89.0  # a camera at the zenith has no upright picture
 _ORBIT_SPACING_DEG = 2.0  # of viewpoints that stand for samples
 _DOME_BESIDE_DEG, _DOME_ELEVATIONS_DEG = 20.0, (12.0, 52.0)
@@ -47,25 +48,11 @@ Radiance = Float32[np.ndarray, "height width 3"]
 
 
 @dataclass(frozen=True)
-class _View:
-    """A viewpoint, and the place it stands for with its number there."""
-
-    where: str
-    number: int
-    azimuth_deg: float
-    elevation_deg: float
-    camera: Camera
-
-    @property
-    def name(self) -> str:
-        return f"{self.where}-{self.number}"
-
-
-@dataclass(frozen=True)
 class _Reference:
-    """The ray-traced object at one view: its radiance where it covers anything, and its share of each pixel."""
+    """The ray-traced object at one viewpoint: its radiance where it covers anything, and its share of each pixel."""
 
-    view: _View
+    view: Viewpoint
+    camera: Camera
     radiance: Radiance
     coverage: Float32[np.ndarray, "height width"]
 
@@ -108,14 +95,14 @@ def compare(
     space = _compared_space(pem.space)
     orbit = _subspace(space, _samples(space))
     azimuths = orbit.axes[0].values
-    views = _views(orbit.orbit, azimuths)
+    views = _views(orbit)
     tally = Tally()
     pictures: dict[str, dict[str, Radiance]] = {view.where: {} for view in views}
     references = []
     whole: tuple[Radiance, Radiance] | None = None
 
     def measure(method: str, reference: _Reference, image: Radiance) -> None:
-        tally.add(reference.view.where, method, reference.radiance, image, reference.mask)
+        tally.add(reference.view, method, reference.radiance, image, reference.mask)
         if reference.view.number == 0:
             pictures[reference.view.where][method] = image
         if folder:
@@ -135,21 +122,22 @@ def compare(
     progress("prepare", 2, 2)
     for number, view in enumerate(views):
         progress("reference and PEM", number, len(views))
+        camera = _camera(orbit.orbit, view)
         layers = tracer.view(
-            view.camera, spp=reference_spp, sample_count=1, seed=REFERENCE_SEED + number, surroundings=True
+            camera, spp=reference_spp, sample_count=1, seed=REFERENCE_SEED + number, surroundings=True
         ).layers
-        reference = _Reference(view, *object_radiance(layers))
+        reference = _Reference(view, camera, *object_radiance(layers))
         references.append(reference)
         for method, drawn_by, shown in wholes:
-            image = drawn_by.frame(view.camera, what="object", samples=samples, layers=shown)
+            image = drawn_by.frame(camera, what="object", samples=samples, layers=shown)
             measure(method, reference, straight(image))
         for method, drawn_by, base in distant_layers:
             of_maps = samples if isinstance(samples, int) else None
-            distant = straight(drawn_by.layer_image(view.camera, "distant", samples=of_maps, base=base))
+            distant = straight(drawn_by.layer_image(camera, "distant", samples=of_maps, base=base))
             measure(method, reference, object_under_distant(layers, distant))
         wanted = whole is None or (view.where, view.number) == ("between", 0)
         if wanted or folder:
-            pair = compose(layers), renderer.frame(view.camera, samples=samples)[..., :3]
+            pair = compose(layers), renderer.frame(camera, samples=samples)[..., :3]
             whole = pair if wanted else whole
         if folder:
             _write(folder, reference, "reference", reference.radiance)
@@ -166,7 +154,7 @@ def compare(
     for method, rival in _rivals(pem, space, tracer, trace_spp, progress) if rivals else ():
         renderer = Renderer(rival)
         for reference in references:
-            image = straight(renderer.frame(reference.view.camera, what="object", samples=samples))
+            image = straight(renderer.frame(reference.camera, what="object", samples=samples))
             measure(method, reference, image)
         del renderer
 
@@ -190,7 +178,7 @@ def compare(
         "reference_noise_psnr_display": noise,
     }
     assert whole is not None  # there is at least one view
-    return Comparison(tally.results(spacing, elevations), exhibits, context, *whole)
+    return Comparison(tally.results(spacing, elevations), tuple(tally.views), exhibits, context, *whole)
 
 
 def _compared_space(space: ParameterSpace) -> ParameterSpace:
@@ -229,27 +217,27 @@ def _subspace(space: ParameterSpace, samples: Sequence[int]) -> ParameterSpace:
     return ParameterSpace((Axis("azimuth_deg", azimuths),), orbit)
 
 
-def _views(orbit: Orbit, azimuths: Sequence[float]) -> list[_View]:
-    """All viewpoints, place by place."""
+def _views(space: ParameterSpace) -> list[Viewpoint]:
+    """All viewpoints around the samples of an orbit, place by place."""
+    orbit, azimuths = space.orbit, space.axes[0].values
     halfway = [0.5 * (a + b) for a, b in pairwise(azimuths)]
+    level, highest = orbit.elevation_deg, max(HIGHEST_DEG, orbit.elevation_deg)
     plan = {
-        "sample": (azimuths, 0.0),
-        "between": (halfway, 0.0),
-        "above-10": (azimuths, 10.0),
-        "above-20": (azimuths, 20.0),
+        "sample": [(azimuth, level) for azimuth in azimuths],
+        "between": [(azimuth, level) for azimuth in halfway],
+        "above-10": [(azimuth, min(level + 10.0, highest)) for azimuth in azimuths],
+        "above-20": [(azimuth, min(level + 20.0, highest)) for azimuth in azimuths],
+        "dome": dome_points(azimuths),
     }
-    views = []
-    for where, (angles, rise) in plan.items():
-        for number, azimuth in enumerate(angles):
-            elevation = min(orbit.elevation_deg + rise, max(HIGHEST_DEG, orbit.elevation_deg))
-            views.append(_view(orbit, where, number, azimuth, elevation))
-    views += [_view(orbit, "dome", number, *point) for number, point in enumerate(dome_points(azimuths))]
-    return views
+    return [
+        Viewpoint(where, number, *point, space.displacement_deg(dict(zip(_ANGLES, point, strict=True))))
+        for where, points in plan.items()
+        for number, point in enumerate(points)
+    ]
 
 
-def _view(orbit: Orbit, where: str, number: int, azimuth: float, elevation: float) -> _View:
-    camera = orbit.camera({"azimuth_deg": azimuth, "elevation_deg": elevation})
-    return _View(where, number, azimuth, elevation, camera)
+def _camera(orbit: Orbit, view: Viewpoint) -> Camera:
+    return orbit.camera(dict(zip(_ANGLES, (view.azimuth_deg, view.elevation_deg), strict=True)))
 
 
 def dome_points(azimuths: Sequence[float]) -> list[tuple[float, float]]:
@@ -278,7 +266,7 @@ def _noise_floor(tracer: Tracer, reference: _Reference, spp: int) -> float:
 
     Two references differ by twice the variance of one: by 3.01 dB more than one and the truth.
     """
-    layers = tracer.view(reference.view.camera, spp=spp, sample_count=1, seed=2 * REFERENCE_SEED).layers
+    layers = tracer.view(reference.camera, spp=spp, sample_count=1, seed=2 * REFERENCE_SEED).layers
     again, _ = object_radiance(layers)
     return squared_error(reference.radiance, again, reference.mask).psnr + 10.0 * float(np.log10(2.0))
 

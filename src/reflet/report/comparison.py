@@ -33,6 +33,31 @@ PLACES = {
 
 
 @dataclass(frozen=True)
+class Viewpoint:
+    """Where a picture is compared: the place it stands for (one of `PLACES`) and its number there, the camera's azimuth
+    and elevation, and how far it stands from the sampled range (`ParameterSpace.displacement_deg`), all in degrees."""
+
+    where: str
+    number: int
+    azimuth_deg: float
+    elevation_deg: float
+    away_deg: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.where}-{self.number}"
+
+
+@dataclass(frozen=True)
+class ViewResult:
+    """What one method scores at one viewpoint: display PSNR in dB."""
+
+    viewpoint: Viewpoint
+    method: str
+    psnr_display: float
+
+
+@dataclass(frozen=True)
 class Result:
     """What one method scores at one place: display PSNR in dB, mean SSIM and mean FLIP over all views of the place.
 
@@ -72,12 +97,14 @@ class Exhibit:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All results, one view of each place, and the circumstances (scene, adapter, samples, exposure, noise).
+    """All results, by place and by viewpoint, one view of each place, and the circumstances (scene, adapter, samples,
+    exposure, noise).
 
     ``reference_picture`` and ``played_picture`` are one whole view, ray traced and played back from the PEM.
     """
 
     results: tuple[Result, ...]
+    views: tuple[ViewResult, ...]
     exhibits: tuple[Exhibit, ...]
     context: dict[str, Any]
     reference_picture: Float32[np.ndarray, "height width 3"]
@@ -101,5 +128,7 @@ class Comparison:
         return self.methods[0]
 
     def as_json(self) -> dict[str, Any]:
-        """The circumstances and, under ``results``, one record for each place and method."""
-        return {**self.context, "results": [asdict(result) for result in self.results]}
+        """The circumstances and, under ``results``, one record for each place and method; under ``views`` one for each
+        viewpoint and method."""
+        views = [{**asdict(v.viewpoint), "method": v.method, "psnr_display": v.psnr_display} for v in self.views]
+        return {**self.context, "results": [asdict(result) for result in self.results], "views": views}

@@ -1,4 +1,4 @@
-"""The comparison figure: methods side by side, places one under the other, the error under each picture."""
+"""The comparison figure: methods side by side, places one under the other, the error under each picture; and curves."""
 
 from io import BytesIO
 
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reflet.report.comparison import METHODS, PLACES, Comparison, Exhibit
+from reflet.report.curves import draw_curves
 from reflet.report.measures import EXPOSURE, bounding_box, flip_map, tone_map
 
 BACKGROUND = 0.96  # display value behind the object
@@ -16,6 +17,7 @@ ERROR_MAX = 0.5  # FLIP error at the top of the colour scale: such a pixel is pl
 ERROR_COLOURS = colormaps["magma"]
 INK, SOFT_INK = "#1d1d1f", "#6e6e73"
 WIDTH, TITLE, CAPTION = 10.0, 0.4, 0.31  # inches: the figure's width, the heights of column titles and captions
+CURVES, MARGIN = 2.6, 0.5  # inches: the height of the curves and of what lies around them
 
 Picture = Float[np.ndarray, "height width 3"]
 
@@ -24,7 +26,8 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
     """The figure as a PNG, 2000 pixels wide, laid out to be read at half that width.
 
     Columns are the ray-traced reference and the methods. For every place there is a row of pictures and a row of FLIP
-    error images, with display PSNR, SSIM and FLIP (over all views of the place) as captions.
+    error images, with display PSNR, SSIM and FLIP (over all views of the place) as captions. Below, display PSNR by the
+    camera's distance from the sampled orbit.
     """
     exhibits = comparison.exhibits
     shown = [method for method in comparison.methods if not method.startswith("distant-only")]
@@ -34,6 +37,7 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
     heights = [TITLE]
     for aspect in aspects:
         heights += [WIDTH / columns * aspect, WIDTH / columns * aspect, CAPTION]
+    heights.append(CURVES + MARGIN)
     figure = Figure(figsize=(WIDTH, sum(heights)), dpi=200, facecolor="white")
     grid = figure.add_gridspec(
         len(heights), columns, height_ratios=heights, left=0, right=1, bottom=0, top=1, hspace=0, wspace=0.02
@@ -62,6 +66,9 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
             weight = "bold" if result.psnr_display == best else "normal"
             _write(caption, 0.72, f"{result.psnr_display:.1f} dB", size=8.4, weight=weight)
             _write(caption, 0.3, f"SSIM {_short(result.ssim)}  FLIP {_short(result.flip)}", size=6.2, color=SOFT_INK)
+    height = sum(heights)
+    curves = figure.add_axes((MARGIN / WIDTH, MARGIN / height, 0.7, (CURVES - 0.1) / height))
+    draw_curves(curves, comparison, shown, INK, SOFT_INK)
     out = BytesIO()
     # Without the library's version among the metadata, equal comparisons give equal files.
     figure.savefig(out, format="png", metadata={"Software": None})
