@@ -16,6 +16,7 @@ from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
+from reflet.report.table import pem_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.material import Material, Refraction
 from reflet.scene.readers.gltf.read import read_gltf
@@ -86,6 +87,21 @@ def test_the_tree_comes_back(tmp_path, pem):
     assert not (tmp_path / "none" / "bvh.bin").exists()
     of_a_triangle = (tmp_path / "given" / "bvh.bin").stat().st_size / len(bvh.order)
     assert of_a_triangle <= 14  # 4 for its number, 8 for directions, 1 or 2 for nodes
+
+
+def test_companions_come_back(tmp_path, pem):
+    """Those that are written, whatever a reader would choose; without any, nothing is said of them."""
+    ball, knob, room, lamp = pem.scene.parts
+    low = replace(lamp, mesh=replace(lamp.mesh, positions=lamp.mesh.positions * np.float32(0.6)))
+    scene = replace(pem.scene, parts=(ball, knob, room, low))
+    save_pem(tmp_path / "low", replace(pem, scene=scene, most_hits=5))
+    back = open_pem(tmp_path / "low")
+    assert back.companions == back.bvh.companions == (3,) and back.traced_parts == (0, 1, 3)
+    assert "lamp" in pem_table(back).split("met beside them")[1].splitlines()[0]
+    bvh = build_bvh(pem.scene, pem.on_hull)
+    save_pem(tmp_path / "without", replace(pem, scene=scene, most_hits=5, bvh=bvh))
+    assert open_pem(tmp_path / "without").companions == ()
+    assert "companions" not in (tmp_path / "without" / "scene.gltf").read_text()
 
 
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)
@@ -309,6 +325,11 @@ def _word(name, number, value):
         (lambda f: _traced(f, mostHits=2.5), "damaged .*1 to 64 hits"),
         (lambda f: _traced(f, mostHits=True), "damaged .*1 to 64 hits"),
         (lambda f: _traced(f, order={}), "damaged"),
+        (lambda f: _traced(f, companions=[2]), "damaged .*other triangles"),
+        (lambda f: _traced(f, companions=[0]), "damaged .*do not reflect"),
+        (lambda f: _traced(f, companions=[4]), "damaged .*do not reflect"),
+        (lambda f: _traced(f, companions=[2.0]), "damaged .*do not reflect"),
+        (lambda f: _traced(f, companions=3), "damaged"),
         (lambda f: _array(f, "leafCounts", shape=[3]), "damaged .*no tree"),
         (lambda f: _array(f, "directions", shape=[3, 2]), "damaged .*other triangles"),
         (lambda f: _array(f, "order", componentType=5126), "damaged .*other types"),

@@ -65,7 +65,8 @@ def picture(seed: int, width: int, height: int, low: int = 0, high: int = 255, c
 
 
 def all_kinds() -> tuple[Scene, IrradianceMap]:
-    """A ring around a ball and before a dish: all four textures, repeating and clamped; both sides, and black backs."""
+    """A ring around a ball and before a dish: all four textures, repeating and clamped; both sides, and black backs.
+    Beside them stands what does not reflect, with textures that say that it did, and a sheet seen from both sides."""
     ring, ball = torus_mesh(0.5, 0.17, around=40, sides=20), sphere(24, 48, 0.28)
     angles = np.random.default_rng(0).uniform(-0.4, 1.5, (len(ring.positions), 2))
     bumps = picture(3, 5, 7, 96, 160)
@@ -81,13 +82,23 @@ def all_kinds() -> tuple[Scene, IrradianceMap]:
     behind = half.positions[half.triangles].mean(1) @ [0.6, 0.3, 0.75] < -0.3
     dish = replace(half, triangles=half.triangles[behind][:, [0, 2, 1]], normals=-half.normals)  # seen from within
     lid = replace(half, triangles=half.triangles[half.positions[half.triangles].mean(1)[:, 1] > 0.8])  # from above
+    beads = [moved(sphere(12, 24, 0.12), (0.45 * np.cos(a), 0.25, 0.45 * np.sin(a))) for a in (0.5, 1.6, 2.8)]
+    dull = replace(painted, metallic=1.0, normal_texture=bumps, emission=(0.02, 0.1, 0.05))
+    sheet = quad(np.array([(-0.3, 0.45, 0.3), (0.3, 0.45, 0.3), (0.3, 0.4, -0.3), (-0.3, 0.4, -0.3)]))
+    matte = (
+        *(Part(f"bead {k}", with_uv(bead, np.abs(bead.normals[:, 1:])), dull) for k, bead in enumerate(beads)),
+        Part("sheet", moved(sheet, (0.8, 0.0, 0.0)), replace(both, metallic=1.0)),
+        Part("flap", moved(sheet, (-0.8, 0.0, 0.0)), MIRROR),
+    )
     parts = (
+        matte[0],
         Part("ring", with_uv(ring, angles), painted, True),
         Part("ball", with_uv(ball, np.abs(ball.normals[:, :2])), bumpy, True),
         Part("dish", dish, both, True),
         Part("lid", lid, MIRROR, True),
+        *matte[1:],
     )
-    scene = Scene(parts, (ReflectiveObject("object", (0, 1, 2, 3)),))
+    scene = Scene(parts, (ReflectiveObject("object", (1, 2, 3, 4)),))
     count = scene.triangle_offsets[-1]
     resolution = np.full(count, 1, np.uint32)  # six samples each, for both sides
     shade = np.random.default_rng(9).uniform(0.1, 1.0, (6 * count, 3)).astype(np.float32)
@@ -147,6 +158,7 @@ def test_each_sample_meets_what_mitsuba_meets() -> None:
     )
     renderer = Renderer(replace(pem, most_hits=5))
     equal = traced = 0
+    ends = np.zeros(len(scene.parts), int)
     for position in ((0.5, 1.5, 1.3), (1.4, -0.3, 1.2)):
         view = camera(position, (0.0, 0.0, 0.0), 128)
         gbuffer = gbuffer_from_visibility(scene, rasterized_visibility(renderer, view, 1))
@@ -158,8 +170,10 @@ def test_each_sample_meets_what_mitsuba_meets() -> None:
         equal += (same & rays).sum()
         traced += rays.sum()
         assert (same | rays).mean() > 0.999
+        last = met[rays, np.minimum((met[rays] > 0).sum(1) - 1, 3)] - 1
+        ends += np.bincount(np.searchsorted(scene.triangle_offsets, last, side="right") - 1, minlength=len(ends))
         # The first surface's emission is looked up in mip levels, which the tracer does not have.
-        select = same & (gbuffer.row_part[gbuffer.row_of_sample] > 0)
+        select = same & (gbuffer.row_part[gbuffer.row_of_sample] != 1)
         shown = renderer.frame(view, samples=1, what="object").reshape(-1, 4)[pixels, :3]
         error = np.abs(shown - radiance).max(1) / np.maximum(radiance.max(1), 1e-3)
         assert (rays & select).sum() > 700
@@ -168,6 +182,7 @@ def test_each_sample_meets_what_mitsuba_meets() -> None:
         assert np.percentile(error[select], 99.8) < 1e-3
     assert traced > 3000
     assert equal >= 0.999 * traced
+    assert (ends > 30).all()  # on each part, those that do not reflect too
 
 
 def test_each_sample_meets_what_the_reference_meets() -> None:
@@ -263,6 +278,45 @@ def test_backs_end_in_black_unless_both_sides_are_seen() -> None:
         assert of_floor.sum() > 100
         assert (shown[of_floor][:, :3] > 0.0).all() == double_sided
         assert (shown[of_floor][:, :3] == 0.0).all() == (not double_sided)
+
+
+@pytest.mark.parametrize("double_sided", [False, True])
+def test_a_mirror_shows_a_matte_panel_beside_it_where_it_stands(double_sided: bool) -> None:
+    """A floor at y = 0, all on its hull, and a panel at x = 0.5 that looks along -x, towards one side of the floor: its
+    picture by a mirrored eye, in closed form; its back is black, or shines as its front does."""
+    floor = quad(np.array([(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)], float))
+    low, high = np.array([0.1, -0.4]), np.array([0.6, 0.3])
+    panel = quad(np.array([(0.5, y, z) for y, z in ((low[0], low[1]), (low[0], high[1]), high, (high[0], low[1]))]))
+    matte = Material("matte", (0.8, 0.4, 0.2), 1.0, 0.3, emission=(0.1, 2.0, 0.3), double_sided=double_sided)
+    pem = traced_pem(Part("floor", floor, MIRROR, True), Part("panel", panel, matte))
+    assert pem.companions == (1,)
+    # Two samples at the corners of each triangle, three a side: all of one irradiance.
+    colours = IrradianceMap(
+        np.ones(4, np.uint32), np.repeat(np.uint32(0), 4), np.full((6, 3), 0.5, np.float32)
+    )  # of both sides
+    pem = replace(pem, irradiance=colours)
+    light = np.float32(matte.emission) + 0.5 * np.float32(matte.base_color)  # metals are matte here, too
+    renderer, eyes = Renderer(pem), ((-0.9, 0.8, 0.4), (0.95, 0.8, 0.2))
+    for eye, front in zip(eyes, (True, False), strict=True):
+        view = camera(eye, (0.2, 0.0, 0.0), 96)
+        corner, dx, dy = view.ray_basis()
+        y, x = np.indices((96, 96)) + 0.5
+        ray = corner + x[..., None] * dx + y[..., None] * dy
+        ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+        on_floor = np.array(eye) - eye[1] / ray[..., 1:2] * ray
+        up = ray * (1, -1, 1)
+        t = (0.5 - on_floor[..., 0]) / up[..., 0]
+        at = (on_floor + t[..., None] * up)[..., 1:]
+        meets = (t > 0) & (at > low).all(-1) & (at < high).all(-1)
+        seen = light if front or double_sided else np.zeros(3)
+        fresnel = np.float32(0.65) + 0.35 * (1 + ray[..., 1:2]) ** 5
+        expected = fresnel * np.where(meets[..., None], seen, np.float16(SKY).astype(float))
+        for layers in (("diffuse", "fresnel", "distant", "local"), ("fresnel", "distant", "local")):
+            shown = renderer.frame(view, samples=1, what="object", layers=layers)
+            of_floor = shown[..., 3] > 0
+            error = np.abs(shown[..., :3] - expected).max(-1)[of_floor]
+            assert (of_floor & meets).sum() > 200 and (of_floor & ~meets).sum() > 500
+            assert (error > 1e-5).mean() < 0.01  # where the edge runs through a pixel's middle
 
 
 def test_switches_and_hits() -> None:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from reflet.scene.bvh.build import build_bvh
-from reflet.scene.bvh.bvh import LARGEST_LEAF, MOST_DEPTH, Bvh, corners_of, reflective_triangles
+from reflet.scene.bvh.bvh import LARGEST_LEAF, MOST_DEPTH, Bvh, corners_of, met_triangles
 from reflet.scene.bvh.closest_hit import closest_hits
 from reflet.scene.bvh.compiled_split import split
 from reflet.scene.bvh.nodes import checked_bvh, refitted
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
-from reflet.scene.meshes.primitives import torus_mesh
+from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 
@@ -81,15 +81,18 @@ def rays(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_rays_find_what_brute_force_finds() -> None:
-    """Among triangles of all sizes, some without area; a part that does not reflect is not met."""
+    """Among triangles of all sizes, some without area; of parts that do not reflect those alone that are close."""
     random = np.random.default_rng(0)
     corners = random.uniform(-1, 1, (600, 1, 3)) + random.normal(size=(600, 3, 3)) * 10.0 ** random.uniform(
         -3, -0.5, (600, 1, 1)
     )
     corners[:20, 2] = corners[:20, 1]
-    wall = replace(soup(random.uniform(-1, 1, (50, 3, 3))), reflective=False)
-    scene = scene_of(wall, soup(corners))
+    wall = replace(soup(random.uniform(-1, 1, (50, 3, 3)) * (9, 1, 1)), reflective=False)
+    beside = random.uniform(-1, 1, (30, 3, 3))
+    scene = scene_of(wall, soup(corners), replace(soup(beside), reflective=False))
     bvh = build_bvh(scene, all_on_hull(scene))
+    assert bvh.companions == (2,) and len(bvh.order) == 630
+    corners = np.concatenate([corners, beside])
     origins, directions = rays(700)
     found, distance = hits(scene, bvh, origins, directions)
     expected, expected_distance = brute_force(
@@ -209,7 +212,7 @@ def test_patches_share_what_large_meshes_ask() -> None:
     """More triangles than patches: as few rays are missed."""
     scene = scene_of(Part("torus", torus_mesh(0.3, 0.12, around=240, sides=120), MIRROR, True))
     bvh = build_bvh(scene, hull_triangles(scene))
-    triangles = reflective_triangles(scene)
+    triangles = met_triangles(scene, ())
     origins, directions = departures(scene, triangles, np.zeros(len(triangles), bool), 7)
     met = hits(scene, bvh, origins, directions)[0] >= 0
     bits = np.empty((len(triangles), 2), np.uint32)
@@ -218,3 +221,16 @@ def test_patches_share_what_large_meshes_ask() -> None:
     sought = (bits[triangles, cell >> 5] >> (cell & 31).astype(np.uint32)) & 1 == 1
     assert len(triangles) > 2**14
     assert (met & ~sought).sum() < 0.003 * met.sum()
+
+
+def test_the_hull_sees_companions_and_companions_see_nothing() -> None:
+    """A ball, all of it on its hull, beside a sheet: rays are sought on the side of the sheet, and none from it."""
+    ball = sphere_mesh(0.3, (0.0, 0.0, 0.0), 12)
+    sheet = replace(soup([[(0.45, -0.2, -0.2), (0.45, 0.2, -0.2), (0.45, 0.0, 0.3)]]), reflective=False)
+    alone, both = scene_of(Part("ball", ball, MIRROR, True)), scene_of(Part("ball", ball, MIRROR, True), sheet)
+    assert not build_bvh(alone, hull_triangles(alone)).directions.any()
+    bvh = build_bvh(both, hull_triangles(both))
+    middle = corners_of(both, bvh.order).mean(1)
+    looks, of_ball = bvh.directions.any(1), bvh.order < len(ball.triangles)
+    assert looks[of_ball & (middle[:, 0] > 0.25)].all()
+    assert not looks[of_ball & (middle[:, 0] < -0.1)].any() and not looks[~of_ball].any()

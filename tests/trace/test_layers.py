@@ -194,7 +194,7 @@ def test_many_parts_give_the_same_rows_as_few(monkeypatch: pytest.MonkeyPatch) -
             np.testing.assert_array_equal(getattr(pieces, name), values, err_msg=name)
 
 
-def test_through_all_mirrors_is_as_if_they_were_one_object() -> None:
+def test_through_mirrors_is_as_if_they_were_one_object() -> None:
     """Where rays pass through every object, how parts are grouped changes no layer, and nothing distant mirrors."""
     parts = [
         Part("ball", sphere((-0.6, 0.0, 0.0), 0.5), CHROME, True),
@@ -205,11 +205,27 @@ def test_through_all_mirrors_is_as_if_they_were_one_object() -> None:
     ]
     apart, one = (scene(parts, groups, constant_light(1.0)) for groups in ([(0,), (1,)], [(0, 1)]))
     views = [
-        Tracer(what, irradiance=no_irradiance(what), through_all=through_all).view(camera(), spp=16).layers
-        for what, through_all in ((apart, True), (one, True), (one, False), (apart, False))
+        Tracer(what, irradiance=no_irradiance(what), through=through).view(camera(), spp=16).layers
+        for what, through in ((apart, (0, 1)), (one, (0, 1)), (one, ()), (apart, ()))
     ]
     for other in views[1:3]:
         for name in ("pixel", "part", "distant", "local", "alpha", "combined", "shells"):
             np.testing.assert_array_equal(getattr(views[0], name), getattr(other, name))
     mirrors_mirrors = (views[0].alpha > 0.5) & (views[3].alpha == 0.0)
     assert mirrors_mirrors.sum() > 20  # what is local to all is distant to each
+
+
+def test_companions_are_local() -> None:
+    """Distant is what lies behind what rays go through, and what that sends of its own is all local."""
+    glow = (0.4, 0.2, 0.1)
+    mirror = Part("ball", sphere((-0.6, 0.0, 0.0), 0.5), CHROME, True)
+    lamp = Part("lamp", sphere((0.6, 0.1, -0.2), 0.5), Material("lamp", emission=glow))
+    both = scene([mirror, lamp], [(0,)], constant_light(1.0))
+    traced = Tracer(both, irradiance=no_irradiance(both), through=(0, 1))
+    layers = traced.view(camera(), spp=16).layers
+    np.testing.assert_allclose(layers.distant, 1.0, rtol=1e-6)  # the sky, behind the lamp too
+    np.testing.assert_allclose(layers.local, layers.alpha[:, None] * np.float32(glow), rtol=1e-5)
+    assert (layers.alpha > 0.5).sum() > 10 and layers.alpha.max() == 1.0
+    probe = traced.probe(0, Shells((-0.6, 0.0, 0.0)), size=8, spp=4)
+    np.testing.assert_allclose(probe.texels, 1.0, rtol=1e-6)
+    assert not np.isfinite(probe.distance).any()

@@ -19,6 +19,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.pem.container import save_pem
 from reflet.scene.material import Refraction, Texture
+from reflet.scene.scene import Part
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
 
@@ -85,7 +86,8 @@ def relief_pem():
 
 
 def traced_pem():
-    """The small PEM, its balls painted, rays traced from one to the other."""
+    """The small PEM, its balls painted, rays traced from one to the other, and to the lamp: it hangs low enough to be a
+    companion, with textures of which only its colour may count."""
     pem = small_pem()
 
     def picture(seed, *size):
@@ -93,14 +95,18 @@ def traced_pem():
             np.random.default_rng(seed).integers(0, 256, (*size, 4)).astype(np.uint8) | np.uint8([0, 0, 0, 255])
         )
 
-    ball, knob, *rest = pem.scene.parts
+    ball, knob, room, lamp = pem.scene.parts
     painted = replace(
         ball.material, metallic=0.9, base_color_texture_srgb=picture(1, 5, 9),
         metallic_roughness_texture=replace(picture(2, 4, 4), clamp=True), emission=(0.1, 0.2, 0.0),
     )  # fmt: skip
     shining = replace(knob.material, emission=(0.5, 0.1, 0.1), emission_texture_srgb=picture(3, 3, 2))
-    parts = (replace(ball, material=painted), replace(knob, material=shining), *rest)
-    return replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
+    low = replace(lamp.mesh, positions=lamp.mesh.positions * np.float32(0.6))
+    dull = replace(painted, metallic=1.0, double_sided=True)
+    parts = (replace(ball, material=painted), replace(knob, material=shining), room, Part("lamp", low, dull))
+    out = replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
+    assert out.companions == (3,)
+    return out
 
 
 def glass_pem():

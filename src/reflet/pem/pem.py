@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
@@ -16,6 +17,7 @@ from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.relief import Relief
 from reflet.scene.bvh.bvh import Bvh
+from reflet.scene.companions import traced_parts
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
@@ -85,9 +87,9 @@ class ParameterizedEnvironmentMap:
     the scene's triangles whose fronts lie on their object's convex hull: they look up the distant layers only. The maps
     were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted by ``lod_bias``, and are to be shown so.
 
-    Mirrored rays may meet the meshes of reflective parts up to ``most_hits`` times and are mirrored on there; where it
-    is 0 local light is that of local layers, if there are any. ``bvh`` is the tree that they are traced by; without it
-    playback builds one.
+    Mirrored rays may meet the meshes of reflective parts up to ``most_hits`` times and are mirrored on there, and end
+    on those of their companions; where it is 0 local light is that of local layers, if there are any. ``bvh`` is the
+    tree that they are traced by; without it playback builds one.
     """
 
     scene: Scene
@@ -108,6 +110,18 @@ class ParameterizedEnvironmentMap:
         """What the LOD is shifted by in a picture of ``samples`` a pixel: where rays are traced, more of them see finer
         levels."""
         return finer_lod_bias(self.lod_bias, self.sample_count, samples) if self.most_hits else self.lod_bias
+
+    @cached_property
+    def traced_parts(self) -> tuple[int, ...]:
+        """Indices of the parts that mirrored rays may meet, none where they are not traced."""
+        if not self.most_hits:
+            return ()
+        return traced_parts(self.scene, None if self.bvh is None else self.bvh.companions)
+
+    @cached_property
+    def companions(self) -> tuple[int, ...]:
+        """Those of them that do not reflect."""
+        return tuple(part for part in self.traced_parts if not self.scene.parts[part].reflective)
 
     @property
     def distant_layers(self) -> list[int]:

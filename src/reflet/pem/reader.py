@@ -144,7 +144,7 @@ def _read_traced(folder: Path, description: dict[str, Any] | None, scene: Scene)
         raise ValueError(f"rays may have 1 to {MOST_HITS} hits, not {most_hits!r}")
     names = {"order": "order", "leaf_counts": "leafCounts", "directions": "directions"}
     arrays = {name: read_array(folder, description[key]) for name, key in names.items()}
-    return {"most_hits": most_hits, "bvh": checked_bvh(scene, **arrays)}
+    return {"most_hits": most_hits, "bvh": checked_bvh(scene, **arrays, companions=description.get("companions", []))}
 
 
 def _check_shells(layers: Sequence[Layer]) -> None:

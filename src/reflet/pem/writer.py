@@ -199,6 +199,7 @@ class PemWriter:
             tree = BufferWriter(layout.BVH_BUFFER)
             extension["traced"] = {
                 "mostHits": most_hits,
+                **({"companions": list(bvh.companions)} if bvh.companions else {}),
                 "order": tree.add(bvh.order),
                 "leafCounts": tree.add(bvh.leaf_counts),
                 "directions": tree.add(bvh.directions),

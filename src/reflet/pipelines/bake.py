@@ -7,6 +7,7 @@ bake that was killed and resumed equals an undisturbed one byte for byte; only `
 sample, differs.
 """
 
+from collections.abc import Collection
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -32,6 +33,7 @@ from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_l
 from reflet.pipelines.baking.probes import probe_size, trace_probes
 from reflet.pipelines.baking.viewpoints import infer_viewpoints
 from reflet.progress import ProgressCallback, silent
+from reflet.scene.companions import traced_parts
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
 from reflet.scene.scene import Scene
@@ -145,7 +147,8 @@ def bake(
     on_hull = hull_triangles(scene)
     progress("prepare", 2, _PREPARATIONS)
     paths = spp * (STATIC_IRRADIANCE_SPP if static else IRRADIANCE_SPP)
-    tracer = _tracer_with_irradiance(scene, variant, paths, traced, writer, progress)
+    through = traced_parts(scene) if traced else ()
+    tracer = _tracer_with_irradiance(scene, variant, paths, through, writer, progress)
     views = [] if distant in SHAPES else trial_views(tracer, space)
     choices = choose_distant(tracer, space, views, distant, shells, progress)
     layouts = [choice.shells for choice in choices]
@@ -215,12 +218,12 @@ def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
 
 
 def _tracer_with_irradiance(
-    scene: Scene, variant: str, paths: int, through_all: bool, writer: PemWriter, progress: ProgressCallback
+    scene: Scene, variant: str, paths: int, through: Collection[int], writer: PemWriter, progress: ProgressCallback
 ) -> Tracer:
     """A tracer whose irradiance is traced once and kept, so that a resumed bake has the very same."""
     state = writer.load_state("irradiance")
     if state is not None:
-        tracer = Tracer(scene, variant=variant, through_all=through_all, irradiance=IrradianceMap(**state))
+        tracer = Tracer(scene, variant=variant, through=through, irradiance=IrradianceMap(**state))
         progress("prepare", _PREPARATIONS, _PREPARATIONS)
         return tracer
 
@@ -229,7 +232,7 @@ def _tracer_with_irradiance(
             progress("prepare", _PREPARATIONS, _PREPARATIONS)
         progress("diffuse light", done, total)
 
-    tracer = Tracer(scene, variant=variant, through_all=through_all, irradiance_spp=paths, progress=report)
+    tracer = Tracer(scene, variant=variant, through=through, irradiance_spp=paths, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
 

@@ -90,7 +90,7 @@ def compare(
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
     folder = Path(images) if images is not None else None
     progress("prepare", 0, 2)
-    tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance, through_all=traces)
+    tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance, through=pem.traced_parts)
     progress("prepare", 1, 2)
     space = _compared_space(pem.space)
     orbit = _subspace(space, _samples(space))
@@ -149,7 +149,7 @@ def compare(
     adapter = adapter_name(renderer.device)
     del renderer, static, wholes, distant_layers
     noise = _noise_floor(tracer, references[0], reference_spp)
-    if traces and len(pem.scene.objects) > 1:  # the rivals' mirrored rays pass through their own object alone
+    if pem.companions or (traces and len(pem.scene.objects) > 1):  # rivals' rays pass through their own object alone
         tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
     for method, rival in _rivals(pem, space, tracer, trace_spp, progress) if rivals else ():
         renderer = Renderer(rival)

@@ -54,6 +54,8 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
     facts.add_row("inferred for", f"{pem.sample_count} samples a pixel, LOD bias {pem.lod_bias:g}")
     if pem.most_hits:
         facts.add_row("local light", f"traced through the mirrors' own meshes, up to {pem.most_hits} hits")
+        if pem.companions:
+            facts.add_row("met beside them", ", ".join(scene.parts[part].name for part in pem.companions))
     facts.add_row("parameterization", ", ".join(sorted({layer.parameterization.name for layer in pem.layers})))
     facts.add_row("maps on disk", f"{_bytes(pem) / 2**20:.1f} MiB in half float")
     table = Table("layer", "kind", "geometry", box=box.SIMPLE_HEAD)

@@ -1,6 +1,6 @@
 #import geometry
 
-// Rays through the tree of the scene's mirrors (twin of reflet.scene.bvh.closest_hit). The host's side of this buffer is
+// Rays through the tree of the scene's mirrors and companions (twin of reflet.scene.bvh.closest_hit). The host's side of this buffer is
 // `reflet.render.playback.hit_buffers`.
 //
 //   words of a node, 2 vec4u     its box's lower corner, link   upper corner, count

@@ -5,13 +5,13 @@
 #import irradiance
 
 // Mirrors that see themselves: the mirrored ray is followed from mirror to mirror, through their full meshes, until it meets
-// none; rays that glass lets through likewise, to where they leave it. Two neighbours are carried along on the planes of the
-// triangles that are met, for the LOD of the lookup at the end.
+// none, or a companion, a part beside them that does not reflect; rays that glass lets through likewise, to where they leave
+// it. Two neighbours are carried along on the planes of the triangles that are met, for the LOD of the lookup at the end.
 //
 // What is met is described in bind group 0; the host's side is `reflet.render.playback.hit_buffers`:
 //
 //   8   storage array<vec2u>, read           for each drawn triangle 64 bits: the directions in which it may meet mirrors
-//   9   storage array<HitMaterial>, read     of the reflective parts
+//   9   storage array<HitMaterial>, read     of the parts that may be met
 //   10  texture_2d_array<f32> rgba8unorm     their pictures, as stored: base colour and emission are sRGB
 
 struct HitMaterial {
@@ -133,8 +133,8 @@ struct Leaving {
 
 // A ray's way from mirror to mirror.
 struct Way {
-  light: vec3f,       // what the mirrors on it send of their own, as far as it arrives
-  throughput: vec3f,  // share of the light from its end that arrives; 0 where it ends on a back
+  light: vec3f,       // what is met on it sends of its own, as far as it arrives
+  throughput: vec3f,  // share of the light from its end that arrives; 0 where it ends on a back, or on a companion
   end: Mirrors,       // the rays of its end
   hits: vec4u,        // 1 + numbers of the first four triangles that it meets; 0 for none
 }
@@ -169,7 +169,7 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
     metallic *= hit_picture(met.material, 1u, here.uv, hit_is(met.material, PART_METALLIC_ROUGHNESS_CLAMPS), false).b;
   }
-  if (switched_on(SHOW_DIFFUSE)) {
+  if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
     if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
       emission *= hit_picture(met.material, 3u, here.uv, hit_is(met.material, PART_EMISSION_CLAMPS), true).rgb;
@@ -228,6 +228,10 @@ fn follow(start: Leaving) -> Way {
       way.throughput *= exp(-hit.t * leaving.medium);
     }
     leaving = onward(&way, met, leaving.medium, last.r0, hit.b);
+    if (!hit_is(met.material, PART_REFLECTIVE)) {
+      way.throughput = vec3f(0.0);
+      break;
+    }
     way.end = leaving.rays;
   }
   return way;

@@ -4,7 +4,7 @@ All triangles form one mesh, so that a hit's primitive index is the scene's tria
 surface is a gather from a table: one kernel serves every material, and nothing of it is compiled per scene.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 
 import mitsuba as mi
@@ -15,8 +15,8 @@ from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 
 NO_TEXTURE = 0xFFFFFFFF
-DOUBLE_SIDED = 1  # flags of a part; its object's index + 1 follows in the bits above
-OBJECT_SHIFT = 1
+DOUBLE_SIDED, GONE_THROUGH = 1, 2  # flags of a part; its object's index + 1 follows in the bits above
+OBJECT_SHIFT = 2
 _ALL = -1  # in place of an object's index
 
 
@@ -24,12 +24,12 @@ class DeviceScene:
     """Tables of a scene's triangles, parts and textures, and the acceleration structures that rays meet.
 
     Records are four floats wide where they are gathered, which the device fetches in one packet. Distant light is what
-    mirrored rays meet that pass through their own object, or, with ``through_all``, through all reflective parts: what
-    is left is then local.
+    mirrored rays meet that pass through their own object, or, where there are, ``through`` parts of these indices,
+    among them all that reflect: what these show is then local.
     """
 
-    def __init__(self, scene: Scene, through_all: bool = False) -> None:
-        self.scene, self.through_all = scene, through_all
+    def __init__(self, scene: Scene, through: Collection[int] = ()) -> None:
+        self.scene, self.through = scene, frozenset(through)
         meshes = [part.mesh for part in scene.parts]
         starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
         self.positions = np.concatenate([mesh.positions for mesh in meshes])
@@ -56,13 +56,16 @@ class DeviceScene:
         self.set_irradiance(IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
 
     def without_object(self, index: int) -> tuple["mi.Scene | None", "mi.UInt32"]:
-        """The scene that lacks one object, or all, and the scene's triangle number of each of its triangles.
+        """The scene that lacks one object, or all that rays go ``through``, and the scene's triangle number of each of
+        its triangles.
 
         The scene is None where nothing else is left.
         """
-        index = _ALL if self.through_all else index
+        index = _ALL if self.through else index
         if index not in self._without:
-            own = self.object_of_triangle >= 0 if self.through_all else self.object_of_triangle == index
+            own = self.object_of_triangle == index
+            if self.through:
+                own = np.isin(self.part_of_triangle, list(self.through))
             kept = np.flatnonzero(~own).astype(np.uint32)
             scene = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles[kept])}) if len(kept) else None
             self._without[index] = scene, mi.UInt32(kept)
@@ -113,7 +116,7 @@ class DeviceScene:
             return known[id(texture)]
 
         colors, emissions, slots, flags, glass, absorption = [], [], [], [], [], []
-        for part, owner in zip(self.scene.parts, self.scene.object_of_part, strict=True):
+        for number, (part, owner) in enumerate(zip(self.scene.parts, self.scene.object_of_part, strict=True)):
             m = part.material
             normal_texture = m.normal_texture if part.mesh.tangents is not None else None
             textured = part.mesh.uv is not None
@@ -121,7 +124,8 @@ class DeviceScene:
             emissions.append((*m.emission, m.normal_scale))
             four = (m.base_color_texture_srgb, m.metallic_roughness_texture, normal_texture, m.emission_texture_srgb)
             slots.append([slot(texture if textured else None) for texture in four])
-            flags.append(DOUBLE_SIDED * m.double_sided | (owner + 1) << OBJECT_SHIFT)
+            passed = GONE_THROUGH * (number in self.through)
+            flags.append(DOUBLE_SIDED * m.double_sided | passed | (owner + 1) << OBJECT_SHIFT)
             refraction = m.refraction if owner >= 0 else None
             kind = (0, 0, 0) if refraction is None else (refraction.index, refraction.transmission, refraction.thin)
             glass.append((*kind, 0))

@@ -37,7 +37,7 @@ class ShellLight:
 
 
 def first_met(device: DeviceScene, index: int, ray, active, coherent: bool = False) -> Met:  # type: ignore[no-untyped-def]
-    """What rays meet that pass through object ``index``, or through all."""
+    """What rays meet that pass through object ``index``, or what the device says."""
     others, number = device.without_object(index)
     if others is None:
         nothing = dr.zeros(mi.Bool, dr.width(ray.d))
@@ -52,7 +52,7 @@ def light_from(device: DeviceScene, met: Met, direction, active):  # type: ignor
     """Radiance that arrives from what is met, the environment where that is nothing; other objects, where they are met,
     mirror on."""
     surface, light = arrive(device, met.triangle, met.uv, direction, active, met.valid)
-    if len(device.scene.objects) > 1 and not device.through_all:
+    if len(device.scene.objects) > 1 and not device.through:
         goes_on = active & surface.reflects
         light += dr.select(goes_on, sent_on(device, surface, direction, goes_on), 0.0)
     return light

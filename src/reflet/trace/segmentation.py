@@ -33,8 +33,8 @@ def segmented_layers(
     Of glass the distant layer and alpha are those of the mirrored ray, as of a mirror; all that comes through it is
     local light, over its reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly
     shows, and what is inferred from the distant layer serves it like a mirror.
-    Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or of
-    every object as the device says.
+    Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or
+    through those that the device says.
     """
     rays = CameraRays(camera, spp, seed)
     most = max(each.count for each in shells)
@@ -101,7 +101,7 @@ def _trace_batch(
     ray = leave(surface)
     met = device.all.ray_intersect_preliminary(ray, coherent=False, active=active)
     at_met, light_met = arrive(device, met.prim_index, met.prim_uv, ray.d, active, met.is_valid())
-    is_own = at_met.is_objects if device.through_all else at_met.object == own_index
+    is_own = at_met.gone_through if device.through else at_met.object == own_index
     own = active & met.is_valid() & is_own  # backs too: they are local, opaque and black
     medium = medium_after(surface, mi.Bool(False), 0.0)  # of the mirrored ray: glass may be seen from within
     local = light_met + sent_on(device, at_met, ray.d, own & at_met.reflects, medium)

@@ -6,7 +6,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from reflet.trace.device_scene import DOUBLE_SIDED, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
+from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
 from reflet.trace.glass import glass_reflectance, refracted
 
 BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
@@ -16,7 +16,7 @@ OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest 
 @dataclass
 class Surface:
     """Hits of many rays at once. ``visible`` are those of a front, or of either side of a double-sided face;
-    ``is_objects`` tells whether ``object`` is one.
+    ``gone_through`` are those that distant light goes through, as the device says.
 
     ``back`` tells that it is the back, whether it is visible or not. ``glow`` is the radiance that leaves towards the
     ray without mirroring: emission, and diffuse colour times radiosity. ``reflects`` marks visible reflective parts,
@@ -31,7 +31,7 @@ class Surface:
     back: Any
     part: Any
     object: Any
-    is_objects: Any
+    gone_through: Any
     reflects: Any
     position: Any
     offset: Any
@@ -118,7 +118,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         back=from_behind,
         part=part,
         object=owner - 1,
-        is_objects=owner > 0,
+        gone_through=(flags & GONE_THROUGH) != 0,
         reflects=reflects,
         position=position,
         offset=extent * OFFSET,

@@ -1,6 +1,6 @@
 """The ray tracer: one scene, ready to be looked at from anywhere."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 from jaxtyping import Float32
@@ -19,8 +19,8 @@ from reflet.trace.visible import visible_samples
 
 class Tracer:
     """Traces one scene. Diffuse light is looked up in ``irradiance``, which is traced first where it is not given,
-    with ``irradiance_spp`` paths a sample. Distant light is that of rays that pass through their own object, or, with
-    ``through_all``, through all reflective parts.
+    with ``irradiance_spp`` paths a sample. Distant light is that of rays that pass through their own object, or, where
+    there are, ``through`` the parts of these indices, among them all that reflect (`traced_parts`).
 
     ``progress`` is told (done, total) while irradiance is traced. Raises RefletError where the ray tracer cannot run.
     """
@@ -32,12 +32,12 @@ class Tracer:
         variant: str = "llvm_ad_rgb",
         irradiance: IrradianceMap | None = None,
         irradiance_spp: int = 512,
-        through_all: bool = False,
+        through: Collection[int] = (),
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
         use_variant(variant)
         self.scene = scene
-        self._device = DeviceScene(scene, through_all)
+        self._device = DeviceScene(scene, through)
         self.irradiance = irradiance or trace_irradiance(self._device, spp=irradiance_spp, progress=progress)
         self._device.set_irradiance(self.irradiance)
 

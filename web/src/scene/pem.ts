@@ -56,11 +56,15 @@ export interface Traced {
   readonly bvh: Bvh;
 }
 
-/** The tree of the mirrors' triangles without its boxes, and the directions in which they may meet mirrors: see FORMAT.md. */
+/**
+ * The tree of triangles that rays may meet without its boxes, and the directions in which they may meet some: see FORMAT.md.
+ */
 export interface Bvh {
   readonly order: Uint32Array;
   readonly leafCounts: Uint8Array;
   readonly directions: Uint32Array;
+  /** Parts that do not reflect and are met all the same. */
+  readonly companions?: readonly number[];
 }
 
 /** What is shown of a map laid flat; the distance is that of its relief, if it has one. */
@@ -99,7 +103,7 @@ interface Extension {
   onHull: ArrayDescription;
   irradiance: { resolution: ArrayDescription; offset: ArrayDescription; radiosity: ArrayDescription };
   environment?: ArrayDescription;
-  traced?: { mostHits: number } & Record<keyof Bvh, ArrayDescription>;
+  traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
 
 /** The PEM in a scene.gltf; undefined where it holds none. Rejects with one sentence where it cannot be read. */
@@ -161,7 +165,7 @@ async function readTraced(stored: NonNullable<Extension["traced"]>, files: Scene
     files.array(Uint8Array, stored.leafCounts),
     files.array(Uint32Array, stored.directions),
   ]);
-  return { mostHits: stored.mostHits, bvh: { order, leafCounts, directions } };
+  return { mostHits: stored.mostHits, bvh: { order, leafCounts, directions, companions: stored.companions ?? [] } };
 }
 
 async function readLayer(item: Extension["layers"][number], files: SceneFile["files"]): Promise<Layer> {

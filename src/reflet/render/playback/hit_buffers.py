@@ -1,6 +1,7 @@
 """What mirrored rays meet, on the device: `shaders/bvh.wgsl` and `shaders/traced.wgsl` describe it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import wgpu
@@ -11,6 +12,7 @@ from reflet.render.playback.atlas import atlas_of
 from reflet.render.playback.layouts import HIT_MATERIAL, METAL, fill_material, pictures_of
 from reflet.scene.bvh.bvh import Bvh, corners_of
 from reflet.scene.bvh.nodes import refitted
+from reflet.scene.companions import traced_parts
 from reflet.scene.material import Texture
 from reflet.scene.scene import Part, Scene
 
@@ -30,8 +32,8 @@ def bvh_words(scene: Scene, bvh: Bvh, drawn_number: Int[np.ndarray, "triangles"]
     triangle[:, 0, :3] = np.ascontiguousarray(corners[:, 0]).view(np.uint32)
     triangle[:, 1:, :3] = (corners[:, 1:] - corners[:, :1]).view(np.uint32)
     triangle[:, 0, 3] = drawn_number[bvh.order]
-    material_of_part = np.cumsum([part.reflective for part in scene.parts]) - 1
-    triangle[:, 1, 3] = material_of_part[np.searchsorted(scene.triangle_offsets, bvh.order, side="right") - 1]
+    part_of = np.searchsorted(scene.triangle_offsets, bvh.order, side="right") - 1
+    triangle[:, 1, 3] = np.searchsorted(traced_parts(scene, bvh.companions), part_of)
     return np.concatenate([node.reshape(-1, 4), triangle.reshape(-1, 4)])
 
 
@@ -44,8 +46,9 @@ def drawn_directions(
     return out
 
 
-def hit_materials(device: wgpu.GPUDevice, parts: Sequence[Part]) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
+def hit_materials(device: wgpu.GPUDevice, met: Sequence[Part]) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
     """`HIT_MATERIAL` of parts, the texture that holds their pictures, and all bits that any of them has."""
+    parts = [part if part.reflective else _matte(part) for part in met]
     pictures: dict[int, Texture] = {id(it): it for part in parts for it in pictures_of(part) if it is not None}
     sizes = [picture.pixels.shape[1::-1] for picture in pictures.values()]
     atlas = atlas_of(sizes)
@@ -64,3 +67,9 @@ def hit_materials(device: wgpu.GPUDevice, parts: Sequence[Part]) -> tuple[np.nda
             if picture_or_none is not None:
                 entry["pictures"][k] = place_of[id(picture_or_none)]
     return out, texture, int(np.bitwise_or.reduce(out["bits"], initial=METAL))
+
+
+def _matte(part: Part) -> Part:
+    """A part that does not reflect without what only mirrors have: its light is diffuse, of metals too."""
+    material = replace(part.material, metallic=0.0, metallic_roughness_texture=None, normal_texture=None)
+    return replace(part, material=material)

@@ -26,6 +26,7 @@ from reflet.render.playback.layouts import (
 )
 from reflet.render.playback.stacks import Stack
 from reflet.scene.bvh.build import build_bvh
+from reflet.scene.companions import traced_parts
 from reflet.scene.material import Texture
 from reflet.scene.scene import Scene
 
@@ -137,7 +138,8 @@ class SceneBuffers:
             return none, none, *hit_materials(self._device, [])
         bvh = self._pem.bvh or build_bvh(scene, self._pem.on_hull)
         words, directions = bvh_words(scene, bvh, drawn_number), drawn_directions(scene, bvh, drawn_number)
-        return words, directions, *hit_materials(self._device, [part for part in scene.parts if part.reflective])
+        met = [scene.parts[number] for number in traced_parts(scene, bvh.companions)]
+        return words, directions, *hit_materials(self._device, met)
 
     def _maps(self, arrays: Sequence[wgpu.GPUTexture], stack: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
         """A stack's maps if they are cubes, or if they are not; else a map of one black texel."""
@@ -176,8 +178,9 @@ class SceneBuffers:
         hits = self._pem.most_hits if bits & REFLECTIVE else 0
         traced = {"MOST_HITS": hits, "HIT_BITS": self._hit_bits} if hits else {}
         on_hull = int(self._pem.on_hull[first:end].sum()) if bits & HAS_LOCAL or hits else 0
-        # The hull's mirrors see other objects alone; what goes through glass always meets its own.
-        of_hull = traced if len(self._pem.scene.objects) > 1 or bits & REFRACTIVE else {}
+        # The hull's mirrors see other objects and companions alone; what goes through glass always meets its own.
+        sees_others = len(self._pem.scene.objects) > 1 or self._pem.companions
+        of_hull = traced if sees_others or bits & REFRACTIVE else {}
         draws = [
             Draw(part, first, on_hull, bits & ~HAS_LOCAL, constants, of_hull),
             Draw(part, first + on_hull, end - first - on_hull, bits | OFF_HULL, constants, traced),

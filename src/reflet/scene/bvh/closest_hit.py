@@ -15,7 +15,7 @@ _ALL = 2**62
 
 def closest_hits(
     nodes: BvhNodes,
-    corners: Float32[np.ndarray, "reflective 3 3"],
+    corners: Float32[np.ndarray, "met 3 3"],
     origins: Float32[np.ndarray, "rays 3"],
     directions: Float32[np.ndarray, "rays 3"],
 ) -> tuple[Int64[np.ndarray, "rays"], Float32[np.ndarray, "rays 3"]]:

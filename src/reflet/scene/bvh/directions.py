@@ -27,10 +27,10 @@ NODES = 128  # so many a ray may be looked at; where that is spent, as among tri
 
 def direction_bits(
     nodes: BvhNodes,
-    corners: Float32[np.ndarray, "reflective 3 3"],
-    looks: Bool[np.ndarray, "reflective"],
-    double_sided: Bool[np.ndarray, "reflective"],
-) -> UInt32[np.ndarray, "reflective 2"]:
+    corners: Float32[np.ndarray, "met 3 3"],
+    looks: Bool[np.ndarray, "met"],
+    double_sided: Bool[np.ndarray, "met"],
+) -> UInt32[np.ndarray, "met 2"]:
     """`Bvh.directions` of triangles in the order of the leaves; 0 where a triangle does not ``look``.
 
     A cell's number is 8·row + column of the map.

@@ -1,12 +1,13 @@
 """The tree with its boxes, as rays need it: refitted to the meshes in linear time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float32, Shaped, UInt8, UInt32
 from numba import njit
 
-from reflet.scene.bvh.bvh import LARGEST_LEAF, MOST_DEPTH, Bvh, reflective_triangles
+from reflet.scene.bvh.bvh import LARGEST_LEAF, MOST_DEPTH, Bvh, met_triangles
 from reflet.scene.scene import Scene
 
 
@@ -22,7 +23,7 @@ class BvhNodes:
     counts: UInt8[np.ndarray, "nodes"]
 
 
-def refitted(leaf_counts: UInt8[np.ndarray, "nodes"], corners: Float32[np.ndarray, "reflective 3 3"]) -> BvhNodes:
+def refitted(leaf_counts: UInt8[np.ndarray, "nodes"], corners: Float32[np.ndarray, "met 3 3"]) -> BvhNodes:
     """The nodes over triangles in the order of the leaves. Raises ValueError as `links_of` does."""
     link = links_of(leaf_counts, len(corners))
     lower, upper = np.empty((len(link), 3), np.float32), np.empty((len(link), 3), np.float32)
@@ -35,16 +36,21 @@ def checked_bvh(
     order: Shaped[np.ndarray, "..."],
     leaf_counts: Shaped[np.ndarray, "..."],
     directions: Shaped[np.ndarray, "..."],
+    companions: Sequence[int] = (),
 ) -> Bvh:
-    """The tree of these arrays. Raises ValueError where they are none over the reflective triangles of the scene."""
-    chosen = reflective_triangles(scene)
+    """The tree of these arrays. Raises ValueError where they are none over the scene's reflective triangles and those
+    of its ``companions``, or these are none."""
+    dull = {number for number, part in enumerate(scene.parts) if not part.reflective}
+    if any(type(number) is not int for number in companions) or not dull.issuperset(companions):
+        raise ValueError(f"companions are parts that do not reflect, not {list(companions)}")
+    chosen = met_triangles(scene, companions)
     types = order.dtype, leaf_counts.dtype, directions.dtype
     if types != (np.uint32, np.uint8, np.uint32) or leaf_counts.ndim != 1:
         raise ValueError("the tree's arrays are of other types")
     if not np.array_equal(np.sort(order, axis=None), chosen) or directions.shape != (len(chosen), 2):
-        raise ValueError(f"the tree holds other triangles than the {len(chosen)} that reflect")
+        raise ValueError(f"the tree holds other triangles than the {len(chosen)} of mirrors and companions")
     links_of(leaf_counts, len(chosen))
-    return Bvh(order.reshape(-1), leaf_counts, directions)
+    return Bvh(order.reshape(-1), leaf_counts, directions, tuple(sorted(set(companions))))
 
 
 def links_of(leaf_counts: UInt8[np.ndarray, "nodes"], triangles: int) -> UInt32[np.ndarray, "nodes"]:

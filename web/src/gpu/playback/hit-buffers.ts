@@ -22,8 +22,11 @@ export interface HitBuffers {
 
 /** Of a PEM that is not traced next to nothing. Throws where the tree is none over its mirrors. */
 export function createHitBuffers(device: GPUDevice, parts: readonly Part[], traced: Traced | undefined): HitBuffers {
-  const mirrors = traced ? parts.filter(({ reflective }) => reflective) : [];
-  const materials = createMaterials(device, mirrors);
+  const met = traced ? parts.filter(({ reflective }, number) => reflective || isCompanion(traced.bvh, number)) : [];
+  const materials = createMaterials(
+    device,
+    met.map((part) => (part.reflective ? part : matte(part))),
+  );
   if (!traced) return { bvh: new Uint32Array(0), directions: new Uint32Array(0), ...materials };
   const triangles = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);
   const directions = new Uint32Array(2 * triangles);
@@ -33,8 +36,17 @@ export function createHitBuffers(device: GPUDevice, parts: readonly Part[], trac
   return { bvh: bvhWords(parts, traced.bvh), directions, ...materials };
 }
 
+const isCompanion = ({ companions = [] }: Bvh, part: number): boolean => companions.includes(part);
+
+/** A part that does not reflect without what only mirrors have: its light is diffuse, of metals too. */
+function matte(part: Part): Part {
+  const none = { metallic: 0, metallicRoughnessTexture: undefined, normalTexture: undefined };
+  return { ...part, material: { ...part.material, ...none } };
+}
+
 /** Nodes, refitted to the meshes, and triangles. */
-export function bvhWords(parts: readonly Part[], { order, leafCounts }: Bvh): Uint32Array {
+export function bvhWords(parts: readonly Part[], bvh: Bvh): Uint32Array {
+  const { order, leafCounts } = bvh;
   const [nodes, count] = [leafCounts.length, order.length];
   const words = new Uint32Array(8 * nodes + 12 * count);
   const floats = new Float32Array(words.buffer);
@@ -44,8 +56,9 @@ export function bvhWords(parts: readonly Part[], { order, leafCounts }: Bvh): Ui
     placeOf[triangle] = place;
   });
   let [first, material, found] = [0, 0, 0];
-  for (const { reflective, indices, positions } of parts) {
-    for (let t = 0; reflective && t < indices.length / 3; t++) {
+  for (const [number, { reflective, indices, positions }] of parts.entries()) {
+    const isMet = reflective || isCompanion(bvh, number);
+    for (let t = 0; isMet && t < indices.length / 3; t++) {
       const place = placeOf[first + t] as number;
       if (place < 0) throw new Error(DAMAGED);
       found++;
@@ -59,7 +72,7 @@ export function bvhWords(parts: readonly Part[], { order, leafCounts }: Bvh): Ui
       words[at + 7] = material;
     }
     first += indices.length / 3;
-    material += Number(reflective);
+    material += Number(isMet);
   }
   if (found !== count) throw new Error(DAMAGED);
   const links = linksOf(leafCounts, count);
