@@ -35,12 +35,14 @@ def small_work() -> Iterator[None]:
         for name, value in few.items():
             patch.setattr(held_back, name, value)
         patch.setattr(base_maps, "_ENOUGH", 90.0)
+        patch.setattr(joint_set, "SPACING_DEG", 180.0)
+        patch.setattr(joint_set, "COARSE_SPACING_DEG", 180.0)
         patch.setattr(joint_set, "_SETTINGS", SolverSettings(regularization=0.02, rounds=(3, 2)))
         yield
 
 
 def small_bake(scene: Scene, out: Path, space: ParameterSpace, **options) -> ParameterizedEnvironmentMap:  # type: ignore[no-untyped-def]
-    options = {"em_size": 16, "spp": 4, "sample_count": 4, "joint_spacing_deg": 180.0, **options}
+    options = {"em_size": 16, "spp": 4, "sample_count": 4, **options}
     return open_pem(bake(scene, out, space, **options))
 
 
@@ -92,6 +94,13 @@ def test_static_maps_that_show_enough_are_the_base(tmp_path: Path, monkeypatch: 
     pem = small_bake(under_the_sky(), tmp_path / "pem", orbit(0))
     assert pem.statistics["base"]["joint_psnr"] is None and pem.statistics["base"]["kind"] == "static"
     assert "nothing was inferred" in pem_table(pem)
+
+
+def test_who_asks_for_a_joint_set_gets_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However good static maps are."""
+    monkeypatch.setattr(base_maps, "_ENOUGH", 5.0)
+    pem = small_bake(under_the_sky(), tmp_path / "pem", orbit(0), joint_spacing_deg=180.0)
+    assert pem.statistics["joint"]["viewpoints"] > 0 and "base" not in pem.statistics
 
 
 def test_what_inference_harms_is_left_static(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

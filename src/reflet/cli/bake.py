@@ -77,8 +77,8 @@ from reflet.pem.pem import MOST_SHELLS
 @click.option(
     "--joint-spacing",
     type=click.FloatRange(5.0, 180.0),
-    help="Degrees between the viewpoints that the maps for all viewpoints are inferred from; by default 20 beside the "
-    "baked viewpoints and 40 elsewhere.",
+    help="Infer the maps for all viewpoints, from viewpoints so many degrees apart; by default 20 beside the baked "
+    "viewpoints and 40 elsewhere, and with traced local light only if static maps show less.",
 )
 @click.option(
     "--local",
