@@ -208,3 +208,25 @@ def test_what_makes_no_sense_is_refused_in_a_sentence() -> None:
     maps = [(maps[0], *maps) for maps in pem.maps]
     with pytest.raises(RefletError, match="4 and 8 rows"):
         Renderer(replace(pem, layers=(*uneven, *pem.layers[2:]), maps=maps, base=()))
+
+
+def test_colours_of_origin_add_up_to_the_light() -> None:
+    """Each colour times the luminance of the light from there, shell by shell; the last of three is the far one."""
+    pem = mirrors(views=0, shells=3, size=8)
+    renderer, camera = Renderer(pem), pem.space.orbit.camera()
+    colours = np.array([[0.5, 1.2, 0.25], [1.1, 1.05, 0.1], [0.35, 1.0, 2.6]])
+    luminance = np.array([0.2126, 0.7152, 0.0722])
+
+    def frame(shells: tuple[int, ...], by_origin: bool) -> np.ndarray:
+        return renderer.frame(
+            camera, samples=1, shells=shells, layers=("distant",), what="object", by_origin=by_origin
+        )[..., :3]
+
+    # What the shells behind the nearest bring to the picture is what is missing without them.
+    first, two, three = (frame(tuple(range(count)), False) for count in (1, 2, 3))
+    expected = sum(
+        (light @ luminance)[..., None] * colour
+        for light, colour in zip((first, two - first, three - two), colours, strict=True)
+    )
+    np.testing.assert_allclose(frame((0, 1, 2), True), expected, atol=1e-5)  # float32
+    np.testing.assert_allclose(three @ luminance, expected @ luminance, rtol=0.025)  # of the colours

@@ -57,9 +57,11 @@ ARGUMENTS = {
     **{name: {"samples": 4} for name in OTHERS},
     "gazing_ball-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "traced-multisampled": {"samples": 4, "multisampled": True, "exact": False},
+    "traced-origin": {"samples": 4, "by_origin": True},
     "traced-without": {"samples": 4, "layers": ["diffuse", "fresnel", "distant"]},
     "shells-multisampled": {"samples": 4, "multisampled": True, "exact": False},
     "shells-far": {"samples": 4, "shells": [1]},
+    "shells-far-origin": {"samples": 4, "shells": [1], "by_origin": True},
     "shells-infinite-sphere": {"samples": 4},
 }
 

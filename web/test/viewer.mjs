@@ -130,6 +130,9 @@ await withPage(async (page) => {
     if (["gazing_ball", "shells", "traced"].includes(name)) await keep(`${name}-multisampled`, "multisampled");
     if (name === "traced") {
       await page.getByRole("button", { name: "Settings" }).click();
+      await page.getByRole("radio", { name: "By origin" }).check();
+      await keep("traced-origin", 4);
+      await page.getByRole("radio", { name: "As seen" }).check();
       await page.getByRole("checkbox", { name: "Local" }).uncheck();
       await keep("traced-without", 4);
     }
@@ -140,6 +143,9 @@ await withPage(async (page) => {
       await page.getByRole("button", { name: "Settings" }).click();
       await page.getByRole("checkbox", { name: "balls 0" }).uncheck();
       await keep("shells-far", 4);
+      await page.getByRole("radio", { name: "By origin" }).check();
+      await keep("shells-far-origin", 4);
+      await page.getByRole("radio", { name: "As seen" }).check();
       await page.getByRole("checkbox", { name: "balls 0" }).check();
       await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite sphere, all shells");
       await keep("shells-infinite-sphere", 4);

@@ -14,6 +14,7 @@ from reflet.cli.progress import progress_bar
 @click.option("--elevation", type=click.FloatRange(-90, 90), help="Degrees; by default that of the baked orbit.")
 @click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
 @click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
+@click.option("--by-origin", is_flag=True, help="Colour mirrored light by where it comes from.")
 @samples_option
 @click.option("--size", type=click.IntRange(1), help="Pixels along an edge; by default as baked.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
@@ -23,18 +24,21 @@ def render(
     elevation: float | None,
     distance: float | None,
     nearest: bool,
+    by_origin: bool,
     samples: str,
     size: int | None,
     output: Path,
 ) -> None:
     """Draws PEM as the viewer does at rest, without a window: on a viewpoint, between two, or anywhere off the orbit.
 
-    A .png holds the tone-mapped picture, an .exr linear radiance.
+    A .png holds the tone-mapped picture, an .exr linear radiance. With --by-origin what is mirrored is orange where it
+    comes from the object's own mesh, blue from the last shell of the surroundings, green and yellow from nearer ones.
 
     \b
     Examples:
       reflet render teapot -o first.png
       reflet render teapot --azimuth 61 --elevation 32 -o above.png
+      reflet render teapot --by-origin -o origins.png
       reflet render teapot --azimuth 61 --nearest --samples 4 --size 1024 -o moving.exr
     """
     from dataclasses import replace
@@ -60,7 +64,9 @@ def render(
         progress("draw", 0, 2)
         renderer = Renderer(opened)
         progress("draw", 1, 2)
-        frame = renderer.frame(orbit.camera(point), samples=asked_samples(samples), blend=not nearest)
+        frame = renderer.frame(
+            orbit.camera(point), samples=asked_samples(samples), blend=not nearest, by_origin=by_origin
+        )
         progress("draw", 2, 2)
     picture = frame[..., :3]
     if output.suffix.lower() == ".png":

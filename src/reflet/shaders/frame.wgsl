@@ -29,7 +29,7 @@ struct Frame {
   sub_samples: array<vec4f, 64>,  // positions from a pixel's top left corner, in pixels
   blend: array<vec4f, 9>,         // blended samples of the parameter space: weight, slot in the arrays of maps; then BASE_MAP
   blend_count: u32,
-  switches: u32,                  // SHOW_*, OBJECT_ONLY and HIDE_SHELL bits
+  switches: u32,                  // SHOW_*, OBJECT_ONLY, HIDE_SHELL and BY_ORIGIN bits
   zero: u32,                      // always 0, see precise.wgsl
   eye_rest: vec3f,
   pixel_x: vec3f,                 // a point v from the eye lies at depth z = depth·v and pixel (pixel_x·v, pixel_y·v)/z:
@@ -48,6 +48,8 @@ const SHOW_LOCAL = 8u;
 const OBJECT_ONLY = 16u;          // only fronts of reflective parts have radiance and coverage; the rest hides, unseen
 
 const HIDE_SHELL = 32u;           // the nearest; the bits of those behind it follow
+
+const BY_ORIGIN = 256u;           // mirrored light in the colour of where it comes from, as bright as it is
 
 const BASE_MAP = 8u;              // the maps that serve every viewpoint, in `blend`: their share of the distant light, their slot
 

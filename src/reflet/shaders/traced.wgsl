@@ -253,7 +253,11 @@ fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
 
 fn radiance_along(start: Leaving) -> vec3f {
   let way = follow(start);
-  return way.light + way.throughput * incident_radiance(way.end, false);
+  let seen = way.light + way.throughput * incident_radiance(way.end, false);
+  if (way.hits[0] == 0u) {
+    return seen;
+  }
+  return by_origin(seen, OWN_MESH);
 }
 
 // The same of the rays that go through the sub-sample's glass; n is its shading normal.

@@ -33,6 +33,21 @@ function shellNames(pem: Pem): string[] {
 const bakedKinds = (pem: Pem): string =>
   words([...new Set(shellsOf(pem)[0]?.map(({ geometry }) => geometry.kind) ?? ["none"])].join(" and "));
 
+/** What the colours of mirrored light mean. */
+function origins(pem: Pem): [name: string, label: string][] {
+  const nearer = shellNames(pem).length - 1;
+  const shells: [string, string][] = [
+    ["near", nearer > 1 ? "nearest shell" : "near shell"],
+    ["middle", "the next"],
+  ];
+  const local = switchesOf(pem).includes("local");
+  return [
+    ...(local ? [["own-mesh", "the object itself"] as [string, string]] : []),
+    ...shells.slice(0, Math.max(nearer, 0)),
+    ["far", nearer > 0 ? "far shell" : "surroundings"],
+  ];
+}
+
 const labelOf = ({ name, kind }: Layer): string => (name.includes(kind) ? name : `${name}, ${kind}`);
 
 const template = (pem: Pem): string => {
@@ -79,6 +94,13 @@ const template = (pem: Pem): string => {
           )
         : ""
     }
+    ${segments("mirrored", "Mirrored light", [
+      ["seen", "As seen"],
+      ["origin", "By origin"],
+    ])}
+    <p class="origins">${origins(pem)
+      .map(([name, label]) => `<span class="${name}">${label}</span>`)
+      .join("")}</p>
     ${chooser("geometry", "Geometry", [
       ["baked", `as baked: ${bakedKinds(pem)}`],
       ...KINDS.map((kind) => [kind, shells.length > 1 ? `${words(kind)}, all shells` : words(kind)] as const),
@@ -116,6 +138,8 @@ export class Panel extends Form {
     this.radio("mapShows", settings.mapShows);
     const distance = this.element.querySelector('[name="mapShows"][value="distance"]') as HTMLInputElement;
     distance.disabled = this.pem.layers[settings.layer]?.geometry.kind !== "relief"; // radiance is shown then
+    this.radio("mirrored", settings.byOrigin ? "origin" : "seen");
+    (this.element.querySelector(".origins") as HTMLElement).hidden = !settings.byOrigin;
     this.input("geometry").value = settings.geometry;
     this.input("curve").value = settings.curve;
     this.showExposure(settings.exposure);
@@ -135,6 +159,7 @@ export class Panel extends Form {
     settings.layer = Number(data.get("layer"));
     settings.mapOf = (data.get("mapOf") ?? settings.mapOf) as Settings["mapOf"];
     settings.mapShows = (data.get("mapShows") ?? settings.mapShows) as Settings["mapShows"];
+    settings.byOrigin = data.get("mirrored") === "origin";
     settings.geometry = data.get("geometry") as Settings["geometry"];
     settings.growth = 2 ** this.number("growth");
     settings.exposure = this.exposure;

@@ -16,6 +16,8 @@ export interface Settings {
   shown: Shown;
   /** Numbers of shells that are left out of the distant light; the nearest is 0. */
   hiddenShells: readonly number[];
+  /** Colour mirrored light by where it comes from. */
+  byOrigin: boolean;
   /** Geometry that lookups of the distant maps meet, and its size relative to that of the bake. */
   geometry: Kind | "baked";
   growth: number;
@@ -31,6 +33,7 @@ export const defaultSettings = (): Settings => ({
   blend: true,
   shown: { diffuse: true, fresnel: true, distant: true, local: true },
   hiddenShells: [],
+  byOrigin: false,
   geometry: "baked",
   growth: 1,
   exposure: NORMAL_EXPOSURE,

@@ -157,8 +157,8 @@ export class Playback extends Player {
   }
 
   private view(camera: Camera): View {
-    const { shown, hiddenShells } = this.settings;
-    return { camera, ...this.lit(), shown, hiddenShells };
+    const { shown, hiddenShells, byOrigin } = this.settings;
+    return { camera, ...this.lit(), shown, hiddenShells, byOrigin };
   }
 
   private lit(): Pick<View, "blend" | "base"> {

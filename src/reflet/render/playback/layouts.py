@@ -20,6 +20,7 @@ Shown = Literal["diffuse", "fresnel", "distant", "local"]
 SWITCHES: dict[Shown, int] = {"diffuse": 1, "fresnel": 2, "distant": 4, "local": 8}
 OBJECT_ONLY = 16
 HIDE_SHELL = 32  # the nearest; the others' bits follow
+BY_ORIGIN = HIDE_SHELL << MOST_SHELLS
 
 TRIANGLE_ON_HULL = 1
 
@@ -95,13 +96,15 @@ def frame_uniform(
     return frame
 
 
-def switch_bits(shown: Collection[Shown], object_only: bool, shells: Collection[int] | None) -> int:
+def switch_bits(
+    shown: Collection[Shown], object_only: bool, shells: Collection[int] | None, by_origin: bool = False
+) -> int:
     """The frame's switches; ``shells`` are the numbers of the shells shown, all where None."""
     strange = set(shells or ()) - set(range(MOST_SHELLS))
     if strange:
         raise RefletError(f"Shells have the numbers 0 to {MOST_SHELLS - 1}, the nearest first, not {min(strange)}.")
     hidden = () if shells is None else set(range(MOST_SHELLS)) - set(shells)
-    bits = sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only
+    bits = sum(SWITCHES[name] for name in set(shown)) + OBJECT_ONLY * object_only + BY_ORIGIN * by_origin
     return bits + sum(HIDE_SHELL << shell for shell in hidden)
 
 

@@ -69,6 +69,7 @@ class Renderer:
         point: Mapping[str, float] | None = None,
         shells: Collection[int] | None = None,
         base: float | None = None,
+        by_origin: bool = False,
         multisampled: bool = False,
         exact: bool = True,
     ) -> Float32[np.ndarray, "height width 4"]:
@@ -81,7 +82,9 @@ class Renderer:
         maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells``
         are the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of
         the distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0
-        shows the samples alone, 1 the base alone.
+        shows the samples alone, 1 the base alone. ``by_origin`` shows mirrored light in the colour of where it comes
+        from, with its own luminance: orange from the object's own mesh or local maps, blue from the last shell, green
+        from the nearest before it and yellow from one between them.
         The "object" is what fronts of reflective parts show, multiplied by its coverage. ``multisampled`` draws four
         samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
         interpolated by the rasterizer, which is faster, and a little different on every driver.
@@ -89,7 +92,7 @@ class Renderer:
         samples = self._asked(samples)
         if multisampled and samples != 4:
             raise RefletError(f"Multi-sampled pictures have 4 samples a pixel, not {samples}.")
-        switches = switch_bits(layers, what == "object", shells)
+        switches = switch_bits(layers, what == "object", shells, by_origin)
         shown = self._blend(camera, blend, point, base, "local" in layers)
         entry_point = f"picture_{'multi' if multisampled else 'single'}{'' if exact else '_fast'}"
         backdrop = what == "picture" and self.pem.scene.environment is not None

@@ -11,6 +11,7 @@ import type { View } from "./view";
 const SWITCHES: Record<keyof Shown, number> = { diffuse: 1, fresnel: 2, distant: 4, local: 8 };
 
 const HIDE_SHELL = 32; // the nearest; the others' bits follow
+const BY_ORIGIN = 256;
 
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
@@ -25,7 +26,7 @@ export const METAL = 1024;
 const [REFRACTIVE, THIN] = [8192, 16384];
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
-  const { camera, blend, base, shown, hiddenShells } = view;
+  const { camera, blend, base, shown, hiddenShells, byOrigin } = view;
   const data = new ArrayBuffer(FRAME_BYTES);
   const floats = new Float32Array(data);
   const basis = rayBasis(camera);
@@ -56,6 +57,7 @@ export function frameUniform(view: View, sampleCount: number, lodBias: number): 
   const bits = [
     ...(Object.keys(SWITCHES) as (keyof Shown)[]).filter((name) => shown[name]).map((name) => SWITCHES[name]),
     ...hiddenShells.map((shell) => HIDE_SHELL << shell),
+    ...(byOrigin ? [BY_ORIGIN] : []),
   ];
   const switches = bits.reduce((sum, bit) => sum | bit, 0);
   new Uint32Array(data).set([blend.length, switches], 324);

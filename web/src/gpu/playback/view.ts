@@ -18,4 +18,6 @@ export interface View {
   readonly shown: Shown;
   /** Numbers of shells that are left out; the nearest is 0. */
   readonly hiddenShells: readonly number[];
+  /** Mirrored light in the colour of where it comes from. */
+  readonly byOrigin: boolean;
 }
