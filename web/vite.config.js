@@ -1,7 +1,10 @@
 import { readFileSync } from "node:fs";
 import { defineConfig } from "vite";
 
-const LICENCES = `/*! reflet-viewer, Apache-2.0. In it is ktx-parse:\n${readFileSync("node_modules/ktx-parse/LICENSE", "utf8")}*/`;
+const LIBRARIES = { "ktx-parse": "LICENSE", meshoptimizer: "LICENSE.md" };
+const LICENCES = Object.entries(LIBRARIES).map(
+  ([name, file]) => `In it is ${name}:\n${readFileSync(`node_modules/${name}/${file}`, "utf8")}`,
+);
 
 export default defineConfig({
   base: "./",
@@ -11,6 +14,8 @@ export default defineConfig({
     target: "es2022",
     modulePreload: false,
     // One script of a fixed name: other pages can load it and use <reflet-viewer>.
-    rollupOptions: { output: { entryFileNames: "reflet-viewer.js", banner: LICENCES } },
+    rollupOptions: {
+      output: { entryFileNames: "reflet-viewer.js", banner: `/*! reflet-viewer, Apache-2.0. ${LICENCES.join("\n")}*/` },
+    },
   },
 });

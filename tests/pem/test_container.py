@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from reflet.scene.bvh.build import build_bvh
 from reflet.scene.material import Material, Refraction
 from reflet.scene.readers.gltf.read import read_gltf
 
+save_plain = partial(save_pem, codec="none")  # where every number comes back; test_compact.py: what is coded
+
 EXTENSION = "REFLET_parameterized_environment_map"
 
 
@@ -31,7 +34,7 @@ def pem():
 
 @pytest.fixture
 def folder(tmp_path, pem):
-    save_pem(tmp_path / "pem", pem)
+    save_plain(tmp_path / "pem", pem)
     return tmp_path / "pem"
 
 
@@ -49,7 +52,7 @@ def same(a, b) -> bool:
 @pytest.mark.parametrize("with_environment", [True, False])
 def test_everything_comes_back(tmp_path, with_environment):
     pem = small_pem(with_environment=with_environment)
-    save_pem(tmp_path / "pem", pem)
+    save_plain(tmp_path / "pem", pem)
     back = open_pem(tmp_path / "pem")
     for name in ("scene", "irradiance", "space", "layers", "on_hull", "lod_bias", "sample_count", "statistics"):
         assert same(getattr(pem, name), getattr(back, name)), name
@@ -65,7 +68,7 @@ def test_glass_comes_back(tmp_path, pem):
     glass = [Material("glass", (0.9, 1.0, 0.8), 0.0, 0.0, emission=(0, 3.0, 0), refraction=kind) for kind in kinds]
     parts = (replace(ball, material=glass[0]), replace(knob, material=glass[1]), *rest)
     scene = replace(pem.scene, parts=parts)
-    save_pem(tmp_path / "pem", replace(pem, scene=scene))
+    save_plain(tmp_path / "pem", replace(pem, scene=scene))
     assert same(scene, open_pem(tmp_path / "pem").scene)
     read = read_gltf(tmp_path / "pem" / "scene.gltf")
     assert [part.material.refraction for part in read][:2] == list(kinds)
@@ -76,13 +79,13 @@ def test_glass_comes_back(tmp_path, pem):
 def test_the_tree_comes_back(tmp_path, pem):
     """Given or built when it is written; without hits there is none."""
     bvh = build_bvh(pem.scene, pem.on_hull)
-    save_pem(tmp_path / "given", replace(pem, most_hits=5, bvh=bvh))
-    save_pem(tmp_path / "built", replace(pem, most_hits=5))
+    save_plain(tmp_path / "given", replace(pem, most_hits=5, bvh=bvh))
+    save_plain(tmp_path / "built", replace(pem, most_hits=5))
     for name in ("given", "built"):
         back = open_pem(tmp_path / name)
         assert back.most_hits == 5
         assert same(back.bvh, bvh)
-    save_pem(tmp_path / "none", replace(pem, bvh=bvh))
+    save_plain(tmp_path / "none", replace(pem, bvh=bvh))
     assert open_pem(tmp_path / "none").bvh is None
     assert not (tmp_path / "none" / "bvh.bin").exists()
     of_a_triangle = (tmp_path / "given" / "bvh.bin").stat().st_size / len(bvh.order)
@@ -94,12 +97,12 @@ def test_companions_come_back(tmp_path, pem):
     ball, knob, room, lamp = pem.scene.parts
     low = replace(lamp, mesh=replace(lamp.mesh, positions=lamp.mesh.positions * np.float32(0.6)))
     scene = replace(pem.scene, parts=(ball, knob, room, low))
-    save_pem(tmp_path / "low", replace(pem, scene=scene, most_hits=5))
+    save_plain(tmp_path / "low", replace(pem, scene=scene, most_hits=5))
     back = open_pem(tmp_path / "low")
     assert back.companions == back.bvh.companions == (3,) and back.traced_parts == (0, 1, 3)
     assert "lamp" in pem_table(back).split("met beside them")[1].splitlines()[0]
     bvh = build_bvh(pem.scene, pem.on_hull)
-    save_pem(tmp_path / "without", replace(pem, scene=scene, most_hits=5, bvh=bvh))
+    save_plain(tmp_path / "without", replace(pem, scene=scene, most_hits=5, bvh=bvh))
     assert open_pem(tmp_path / "without").companions == ()
     assert "companions" not in (tmp_path / "without" / "scene.gltf").read_text()
 
@@ -107,7 +110,7 @@ def test_companions_come_back(tmp_path, pem):
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)
 def test_maps_come_back_to_half_precision(tmp_path, name):
     pem = small_pem(parameterization=PARAMETERIZATIONS[name])
-    save_pem(tmp_path / "pem", pem)
+    save_plain(tmp_path / "pem", pem)
     back = open_pem(tmp_path / "pem")
     assert back.layers == pem.layers
     assert len(back.maps) == len(pem.maps)
@@ -121,7 +124,7 @@ def test_maps_come_back_to_half_precision(tmp_path, name):
 @pytest.mark.parametrize("shells", [2, 3])
 def test_shells_come_back(tmp_path, shells):
     pem = small_pem(shells=shells)
-    save_pem(tmp_path / "pem", pem)
+    save_plain(tmp_path / "pem", pem)
     back = open_pem(tmp_path / "pem")
     assert back.layers == pem.layers
     assert [env_map.texels.shape[1] for env_map in back.base] == [4] * (shells - 1) + [3]
@@ -130,7 +133,7 @@ def test_shells_come_back(tmp_path, shells):
 
 def test_a_pem_may_have_no_samples(tmp_path):
     pem = small_pem(views=0, shells=2)
-    save_pem(tmp_path / "pem", pem)
+    save_plain(tmp_path / "pem", pem)
     back = open_pem(tmp_path / "pem")
     assert len(back.maps) == 0
     assert back.space == pem.space
@@ -169,7 +172,7 @@ def test_geometries_come_back(tmp_path, geometry):
 
 
 def test_equal_pems_give_equal_folders(tmp_path, folder):
-    save_pem(tmp_path / "again", small_pem())
+    save_plain(tmp_path / "again", small_pem())
     files = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     assert files == sorted(p.relative_to(tmp_path / "again") for p in (tmp_path / "again").rglob("*") if p.is_file())
     assert all((folder / file).read_bytes() == (tmp_path / "again" / file).read_bytes() for file in files)
@@ -294,7 +297,7 @@ def test_damage_is_one_sentence(folder, damage, said):
 
 def test_too_many_hits_are_refused(tmp_path, pem):
     with pytest.raises(RefletError, match="0 to 64 hits, not 65"):
-        save_pem(tmp_path / "pem", replace(pem, most_hits=65))
+        save_plain(tmp_path / "pem", replace(pem, most_hits=65))
     assert not (tmp_path / "pem" / "scene.gltf").exists()
 
 
@@ -336,7 +339,7 @@ def _word(name, number, value):
     ],
 )
 def test_a_damaged_tree_is_one_sentence(tmp_path, pem, damage, said):
-    save_pem(tmp_path, replace(pem, most_hits=3))
+    save_plain(tmp_path, replace(pem, most_hits=3))
     damage(tmp_path)
     with pytest.raises(RefletError, match=said):
         open_pem(tmp_path)
@@ -369,7 +372,7 @@ def test_a_local_layer_has_no_relief(tmp_path, pem):
     local = next(layer for layer in pem.layers if layer.kind == "local")
     with pytest.raises(ValueError, match="local layer is a shape"):
         replace(local, geometry=relief)
-    save_pem(tmp_path / "pem", small_pem(shells=2))
+    save_plain(tmp_path / "pem", small_pem(shells=2))
 
     def swap(document):
         layers = document["extensions"][EXTENSION]["layers"]

@@ -15,7 +15,7 @@ from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, S
 from reflet.envmap.relief import Relief
 from reflet.envmap.shapes import FAR_AWAY
 from reflet.pem.arrays import BufferWriter
-from reflet.pem.container import save_pem
+from reflet.pem.container import open_pem, save_pem
 from reflet.pem.geometry_json import geometry_to_json as described
 from reflet.render.playback.hit_buffers import bvh_words
 from reflet.scene.bvh.build import build_bvh
@@ -44,8 +44,8 @@ def node(tmp_path_factory):
     if not shutil.which("node") or not (WEB / "node_modules").exists():
         pytest.skip("needs Node.js and its packages; run: make web")
 
-    def run(script, argument):
-        command = ["node", f"test/{script}", str(argument)]
+    def run(script, *arguments):
+        command = ["node", f"test/{script}", *map(str, arguments)]
         done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
@@ -61,6 +61,18 @@ def call(node, tmp_path_factory):
         path = tmp_path_factory.mktemp("calls") / "calls.json"
         path.write_text(json.dumps(calls))
         return node("call.mjs", path)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def node_reads(node, tmp_path_factory):
+    """What the viewer reads of a PEM's folder, or the sentence that it refuses it by."""
+
+    def run(folder):
+        out = tmp_path_factory.mktemp("read") / "pem.json"
+        said = node("read_pem.mjs", folder, out)
+        return json.loads(out.read_text()) if said == "read" else said
 
     return run
 
@@ -241,16 +253,67 @@ def test_half_floats_round_alike(call):
     np.testing.assert_array_equal(rgba[:, 3], 1)
 
 
-def test_gltf_validator_finds_no_error(node, tmp_path):
-    save_pem(tmp_path / "pem", small_pem())
+@pytest.mark.parametrize("codec", ["av1", "none"])
+def test_gltf_validator_finds_no_error(node, tmp_path, codec):
+    save_pem(tmp_path / "pem", small_pem(), codec=codec)
     issues = node("validate.mjs", tmp_path / "pem/scene.gltf")
     assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]
-    # What it does say: it does not know our extension, and tangents and uv stand where no texture needs them.
-    said = {message["code"] for message in issues["messages"]}
-    assert said == {"UNSUPPORTED_EXTENSION", "UNUSED_MESH_TANGENT", "UNUSED_OBJECT"}
+    # What it does say: it does not know our extension; tangents stand where no texture needs them.
+    said = {message["code"] for message in issues["messages"]} - {"UNUSED_OBJECT"}
+    assert said == {"UNSUPPORTED_EXTENSION", *(["UNUSED_MESH_TANGENT"] if codec == "none" else [])}
 
 
 def test_the_lock_names_no_registry():
     lock = json.loads((WEB / "package-lock.json").read_text())
     assert all("resolved" not in package for package in lock["packages"].values())
     assert all("integrity" in package for name, package in lock["packages"].items() if name)
+
+
+def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
+    """Coded and plain: meshes, hull flags and the tree bit by bit, irradiance to a rounding of its exponential."""
+    for codec in ("av1", "none"):
+        save_pem(tmp_path / codec, replace(small_pem(shells=2), most_hits=4), codec=codec)
+        back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)
+
+        def floats(bits):
+            return np.array(bits, np.uint32).view(np.float32)
+
+        for ours, theirs in zip(back.scene.parts, read["parts"], strict=True):
+            np.testing.assert_array_equal(theirs["indices"], ours.mesh.triangles.ravel())
+            for name in ("positions", "normals", "uv", "tangents"):
+                array = getattr(ours.mesh, name)
+                assert (array is None) == (name not in theirs)
+                if array is not None:
+                    np.testing.assert_array_equal(floats(theirs[name]), array.ravel())
+        np.testing.assert_array_equal(read["onHull"], back.on_hull)
+        np.testing.assert_array_equal(read["colourGrids"]["resolution"], back.irradiance.resolution)
+        np.testing.assert_array_equal(read["colourGrids"]["offset"], back.irradiance.offset)
+        np.testing.assert_allclose(floats(read["radiosity"]), back.irradiance.radiosity.ravel(), rtol=1e-6)
+        tree = read["traced"]["bvh"]
+        np.testing.assert_array_equal(tree["order"], back.bvh.order)
+        np.testing.assert_array_equal(tree["leafCounts"], back.bvh.leaf_counts)
+        np.testing.assert_array_equal(tree["directions"], back.bvh.directions.ravel())
+        for ours, theirs in zip(back.layers, read["layers"], strict=True):
+            if isinstance(ours.geometry, Relief):
+                half = ours.geometry.inverse_distance.view(np.uint16)
+                np.testing.assert_array_equal(theirs["geometry"]["inverseDistance"], half.ravel())
+
+
+@pytest.mark.parametrize("name", ["scene.bin", "surface.bin", "bvh.bin"])
+def test_the_viewer_says_which_file_is_cut(node_reads, tmp_path, name):
+    save_pem(tmp_path / "pem", replace(small_pem(), most_hits=4))
+    file = tmp_path / "pem" / name
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    assert node_reads(tmp_path / "pem").startswith(f"{name} is truncated")
+
+
+def test_the_viewer_unpacks_no_bomb(node_reads, tmp_path):
+    """A stream of more, of fewer and of far more numbers than its description says."""
+    save_pem(tmp_path / "pem", small_pem())
+    path = tmp_path / "pem" / "scene.gltf"
+    whole = path.read_text()
+    for count in (3, 10**4, 10**11):
+        document = json.loads(whole)
+        document["extensions"]["REFLET_parameterized_environment_map"]["onHull"]["shape"] = [count]
+        path.write_text(json.dumps(document))
+        assert node_reads(tmp_path / "pem").startswith("surface.bin is truncated or damaged")

@@ -12,7 +12,7 @@ from reflet.pem.arrays import BufferWriter, read_array
 _MAP = "inverseDistance"
 
 
-def geometry_to_json(geometry: Geometry, buffer: BufferWriter) -> dict[str, Any]:
+def geometry_to_json(geometry: Geometry, buffer: BufferWriter, *, coded: bool = False) -> dict[str, Any]:
     """A geometry's kind and fields; a relief's half floats go into ``buffer``, as uint16."""
     if isinstance(geometry, Relief):
         return {
@@ -20,7 +20,7 @@ def geometry_to_json(geometry: Geometry, buffer: BufferWriter) -> dict[str, Any]
             "lower": list(geometry.lower),
             "upper": list(geometry.upper),
             "origin": list(geometry.origin),
-            _MAP: buffer.add(geometry.inverse_distance.view(np.uint16)),
+            _MAP: buffer.add(geometry.inverse_distance.view(np.uint16), "delta" if coded else None),
         }
     fields = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(geometry).items()}
     return {"kind": geometry.kind, **fields}

@@ -1,7 +1,8 @@
 """A scene as glTF 2.0: one node, mesh and primitive per part, in the parts' order, in world space.
 
-Positions, normals, texture coordinates, tangents and materials come back exactly as they were. Which parts reflect, and
-the objects they form, glTF cannot say: the vendor extension does (`reflet.pem.container`).
+Plain meshes and all materials come back exactly as they were; coded meshes (`reflet.pem.mesh_codes`) as the scene that
+`reflet.pem.compact` makes, their normals and tangents rounded. Which parts reflect, and the objects they form, glTF
+cannot say: the vendor extension does (`reflet.pem.container`).
 """
 
 from io import BytesIO
@@ -9,51 +10,82 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Shaped
+from jaxtyping import Float32, Shaped
 from PIL import Image
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
-from reflet.pem.arrays import FLOAT, UNSIGNED_INT, BufferWriter, read_array
-from reflet.pem.layout import SCENE_BUFFER
+from reflet.pem.arrays import FLOAT, SHORT, UNSIGNED_INT, BufferWriter
+from reflet.pem.layout import SCENE, SCENE_BUFFER
+from reflet.pem.mesh_codes import Packed, packed_directions, packed_floats, packed_triangles
 from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.readers.gltf.accessors import Accessors
+from reflet.scene.readers.gltf.buffers import Buffers
+from reflet.scene.readers.gltf.container import Container
+from reflet.scene.readers.gltf.document import open_document
+from reflet.scene.readers.gltf.values import DamagedError
 from reflet.scene.scene import Part, Scene
 
 EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
+MESHOPT, QUANTIZATION = "EXT_meshopt_compression", "KHR_mesh_quantization"
 IOR, TRANSMISSION, VOLUME = "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"
 _VERTEX_DATA, _INDICES = 34962, 34963
 _REPEAT, _CLAMP = 10497, 33071
 _COMPONENTS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
-def write_scene(folder: Path, scene: Scene) -> dict[str, Any]:
-    """Write the scene's buffer and textures into ``folder`` and return the glTF document that names them."""
-    return _SceneWriter(folder).write(scene)
+def write_scene(folder: Path, scene: Scene, *, coded: bool = False) -> dict[str, Any]:
+    """Write the scene's buffer and textures into ``folder`` and return the glTF document that names them. Meshes that
+    are to be ``coded`` come from `reflet.pem.compact`."""
+    return _SceneWriter(folder, coded).write(scene)
 
 
 def read_parts(folder: Path, document: dict[str, Any], reflective: set[int]) -> tuple[Part, ...]:
     """Read back the parts of a document made by `write_scene`; ``reflective`` holds indices of parts that reflect."""
     textures = [_read_texture(folder, document, texture) for texture in document.get("textures", [])]
     materials = [_read_material(item, textures) for item in document["materials"]]
-    parts = []
-    for number, node in enumerate(document["nodes"]):
-        primitive = document["meshes"][node["mesh"]]["primitives"][0]
-        arrays = {name: _read_accessor(folder, document, at) for name, at in primitive["attributes"].items()}
-        mesh = Mesh(
-            positions=arrays["POSITION"],
-            normals=arrays["NORMAL"],
-            triangles=_read_accessor(folder, document, primitive["indices"]).reshape(-1, 3),
-            uv=arrays.get("TEXCOORD_0"),
-            tangents=arrays.get("TANGENT"),
-        )
-        parts.append(Part(node["name"], mesh, materials[primitive["material"]], number in reflective))
-    return tuple(parts)
+    described = open_document(folder / SCENE, Container(document, None))
+    accessors = Accessors(described, Buffers(described))
+    try:
+        parts = []
+        for number, node in enumerate(document["nodes"]):
+            primitive = document["meshes"][node["mesh"]]["primitives"][0]
+            mesh = _read_mesh(accessors, primitive)
+            parts.append(Part(node["name"], mesh, materials[primitive["material"]], number in reflective))
+        return tuple(parts)
+    except DamagedError as error:
+        raise RefletError(
+            f"{folder / SCENE} or its {SCENE_BUFFER} is truncated or damaged ({error}); copy both again, or bake again "
+            "into a new folder."
+        ) from None
+
+
+def _read_mesh(accessors: Accessors, primitive: dict[str, Any]) -> Mesh:
+    attributes = primitive["attributes"]
+
+    def floats(name: str, width: int) -> Shaped[np.ndarray, "vertices width"]:
+        return accessors.floats(attributes[name], (width,))
+
+    mesh = Mesh(
+        positions=floats("POSITION", 3),
+        normals=floats("NORMAL", 3),
+        triangles=accessors.indices(primitive["indices"]).reshape(-1, 3),
+        uv=floats("TEXCOORD_0", 2) if "TEXCOORD_0" in attributes else None,
+        tangents=floats("TANGENT", 4) if "TANGENT" in attributes else None,
+    )
+    arrays = (mesh.positions, mesh.normals, mesh.uv, mesh.tangents)
+    counts = {len(array) for array in arrays if array is not None}
+    if len(counts) > 1 or mesh.triangles.max(initial=0) >= len(mesh.positions):
+        raise DamagedError("a mesh names vertices that it does not have")
+    return mesh
 
 
 class _SceneWriter:
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, coded: bool) -> None:
         self.folder = folder
+        self.coded = coded
+        self.unpacked = 0  # bytes of coded views when they are unpacked
         self.buffer = BufferWriter(SCENE_BUFFER)
         self.document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "reflet"},
@@ -75,35 +107,70 @@ class _SceneWriter:
             self.document["scenes"][0]["nodes"].append(number)
         self.buffer.write(self.folder)
         self.document["buffers"] = [{"uri": SCENE_BUFFER, "byteLength": self.buffer.length}]
+        if self.coded:
+            # the extension's stand-in for the unpacked views, which has no file
+            self.document["buffers"].append({"byteLength": self.unpacked, "extensions": {MESHOPT: {"fallback": True}}})
+            used = {*self.document.get("extensionsUsed", ()), MESHOPT, QUANTIZATION}
+            self.document |= {"extensionsUsed": sorted(used), "extensionsRequired": [MESHOPT, QUANTIZATION]}
         return self.document
 
     def _primitive(self, part: Part) -> dict[str, Any]:
         mesh = part.mesh
-        attributes = {
-            "POSITION": self._accessor(mesh.positions, _VERTEX_DATA, bounds=True),
-            "NORMAL": self._accessor(mesh.normals, _VERTEX_DATA),
-        }
+        attributes = {"POSITION": self._floats(mesh.positions, bounds=True), "NORMAL": self._directions(mesh.normals)}
         if mesh.uv is not None:
-            attributes["TEXCOORD_0"] = self._accessor(mesh.uv, _VERTEX_DATA)
+            attributes["TEXCOORD_0"] = self._floats(mesh.uv)
         if mesh.tangents is not None:
-            attributes["TANGENT"] = self._accessor(mesh.tangents, _VERTEX_DATA)
-        indices = self._accessor(mesh.triangles.reshape(-1), _INDICES)
+            attributes["TANGENT"] = self._directions(mesh.tangents)
+        if self.coded:
+            view = self._packed_view(packed_triangles(mesh.triangles), _INDICES)
+        else:
+            view = self._plain_view(mesh.triangles.reshape(-1), _INDICES)
+        indices = self._accessor(view, UNSIGNED_INT, mesh.triangles.size, 1)
         return {"attributes": attributes, "indices": indices, "material": self._material(part.material)}
 
-    def _accessor(self, array: Shaped[np.ndarray, "..."], target: int, *, bounds: bool = False) -> int:
-        data = self.buffer.add(array)
-        self.document["bufferViews"].append(
-            {"buffer": 0, "byteOffset": data["byteOffset"], "byteLength": array.nbytes, "target": target}
-        )
-        accessor = {
-            "bufferView": len(self.document["bufferViews"]) - 1,
-            "componentType": data["componentType"],
-            "count": len(array),
-            "type": _COMPONENTS[1 if array.ndim == 1 else array.shape[1]],
+    def _floats(self, array: Float32[np.ndarray, "rows columns"], *, bounds: bool = False) -> int:
+        view = self._packed_view(packed_floats(array)) if self.coded else self._plain_view(array)
+        extremes = {"min": array.min(0).tolist(), "max": array.max(0).tolist()} if bounds else {}
+        return self._accessor(view, FLOAT, *array.shape, **extremes)
+
+    def _directions(self, array: Float32[np.ndarray, "rows columns"]) -> int:
+        if not self.coded:
+            return self._floats(array)
+        return self._accessor(self._packed_view(packed_directions(array)), SHORT, *array.shape, normalized=True)
+
+    def _plain_view(self, array: Shaped[np.ndarray, "..."], target: int = _VERTEX_DATA) -> dict[str, Any]:
+        at = self.buffer.add(array)["byteOffset"]
+        return {"buffer": 0, "byteOffset": at, "byteLength": array.nbytes, "target": target}
+
+    def _packed_view(self, packed: Packed, target: int = _VERTEX_DATA) -> dict[str, Any]:
+        length, at = packed.count * packed.stride, self.unpacked
+        self.unpacked += length
+        code = {
+            "buffer": 0,
+            "byteOffset": self.buffer.add_bytes(packed.data),
+            "byteLength": len(packed.data),
+            "byteStride": packed.stride,
+            "count": packed.count,
+            "mode": packed.mode,
+            **({"filter": packed.filter} if packed.filter != "NONE" else {}),
         }
-        if bounds:
-            accessor |= {"min": array.min(0).tolist(), "max": array.max(0).tolist()}
-        self.document["accessors"].append(accessor)
+        stride = {"byteStride": packed.stride} if target == _VERTEX_DATA else {}
+        return {
+            "buffer": 1, "byteOffset": at, "byteLength": length, **stride, "target": target,
+            "extensions": {MESHOPT: code},
+        }  # fmt: skip
+
+    def _accessor(self, view: dict[str, Any], kind: int, count: int, width: int, **more: Any) -> int:
+        self.document["bufferViews"].append(view)
+        self.document["accessors"].append(
+            {
+                "bufferView": len(self.document["bufferViews"]) - 1,
+                "componentType": kind,
+                "count": count,
+                "type": _COMPONENTS[width],
+                **more,
+            }
+        )
         return len(self.document["accessors"]) - 1
 
     def _material(self, material: Material) -> int:
@@ -179,26 +246,6 @@ def _read_refraction(extensions: dict[str, Any]) -> Refraction | None:
         attenuation_color=_vec3(volume.get("attenuationColor", (1.0, 1.0, 1.0))),
         attenuation_distance=volume.get("attenuationDistance", float("inf")),
         thin=VOLUME not in extensions,
-    )
-
-
-def _read_accessor(folder: Path, document: dict[str, Any], number: int) -> Shaped[np.ndarray, "..."]:
-    accessor = document["accessors"][number]
-    if accessor["componentType"] not in (UNSIGNED_INT, FLOAT):
-        raise RefletError(
-            f"{folder} was changed by another program: its meshes are no longer stored as reflet does; bake again "
-            "into a new folder."
-        )
-    view = document["bufferViews"][accessor["bufferView"]]
-    components = next(n for n, name in _COMPONENTS.items() if name == accessor["type"])
-    return read_array(
-        folder,
-        {
-            "uri": document["buffers"][view["buffer"]]["uri"],
-            "byteOffset": view.get("byteOffset", 0) + accessor.get("byteOffset", 0),
-            "componentType": accessor["componentType"],
-            "shape": [accessor["count"]] + ([components] if components > 1 else []),
-        },
     )
 
 

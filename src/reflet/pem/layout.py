@@ -1,9 +1,12 @@
 """Names and versions of everything in a PEM's folder; FORMAT.md describes them."""
 
 import re
+from typing import Literal
 
 EXTENSION = "REFLET_parameterized_environment_map"
-VERSION = 2
+VERSION = 3
+
+Codec = Literal["av1", "none"]  # everything coded, or plain numbers
 
 SCENE = "scene.gltf"  # written last: a folder without it is an unfinished bake
 SCENE_BUFFER = "scene.bin"

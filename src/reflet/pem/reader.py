@@ -17,11 +17,11 @@ from reflet.pem import layout
 from reflet.pem.arrays import read_array
 from reflet.pem.geometry_json import geometry_from_json
 from reflet.pem.gltf_scene import read_parts
+from reflet.pem.irradiance_json import irradiance_from_json
 from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.nodes import checked_bvh
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import ReflectiveObject, Scene
-from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
 
@@ -108,7 +108,7 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         raise ValueError("it has neither samples nor a base")
     return ParameterizedEnvironmentMap(
         scene=scene,
-        irradiance=IrradianceMap(**{name: read_array(folder, at) for name, at in extension["irradiance"].items()}),
+        irradiance=irradiance_from_json(extension["irradiance"], folder),
         space=ParameterSpace(
             axes=tuple(Axis(axis["name"], tuple(axis["values"])) for axis in space["axes"]),
             orbit=Orbit(

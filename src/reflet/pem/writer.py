@@ -16,8 +16,11 @@ from reflet.files.atomic import atomic_path, atomic_write
 from reflet.files.textures.ktx2 import write_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import BufferWriter
+from reflet.pem.compact import compacted
 from reflet.pem.geometry_json import geometry_to_json
 from reflet.pem.gltf_scene import write_scene
+from reflet.pem.irradiance_json import irradiance_to_json
+from reflet.pem.layout import Codec
 from reflet.pem.pem import MOST_HITS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
@@ -33,16 +36,18 @@ class PemWriter:
     input gives equal bytes. Holds no map in memory.
     """
 
-    def __init__(self, folder: str | Path, parameters: Mapping[str, Any], *, resume: bool = False) -> None:
+    def __init__(
+        self, folder: str | Path, parameters: Mapping[str, Any], *, codec: Codec = "av1", resume: bool = False
+    ) -> None:
         """Begin a bake in a new or empty folder, or go on with the one that is there.
 
         ``parameters`` (anything that JSON can say) are all that the maps depend on; they are kept in ``bake.json``.
-        Raises RefletError where the folder holds a bake and ``resume`` is false, where that bake's parameters differ,
-        where the folder holds something else, or cannot be written.
+        ``codec`` "none" writes plain numbers. Raises RefletError where the folder holds a bake and ``resume`` is false,
+        where that bake's parameters differ, where the folder holds something else, or cannot be written.
         """
-        self.folder = Path(folder)
+        self.folder, self.codec = Path(folder), codec
         path = self.folder / layout.PARAMETERS
-        wanted = {"version": layout.VERSION, **parameters}
+        wanted = {"version": layout.VERSION, "codec": codec, **parameters}
         if path.exists():
             if not resume:
                 raise RefletError(
@@ -129,7 +134,8 @@ class PemWriter:
         """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
 
         Where rays may have hits, the tree is built if it is not given. The samples' own statistics are gathered under
-        ``statistics["samples"]``. Raises RefletError where maps of a sample are missing, or hits are too many.
+        ``statistics["samples"]``. Without a codec meshes and irradiance come back exactly, else as `compacted` makes
+        them. Raises RefletError where maps of a sample are missing, or hits are too many.
         """
         if not 0 <= most_hits <= MOST_HITS:
             raise RefletError(
@@ -142,6 +148,10 @@ class PemWriter:
         base_files = [layout.base_file(number, layer.name) for number, layer in distant]
         for file, env_map in zip(base_files, base, strict=True):
             write_ktx2(self.folder / file, env_map.chain, env_map.texels)
+        coded = self.codec != "none"
+        if coded:
+            compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0)
+            scene, irradiance, on_hull, bvh = compact.scene, compact.irradiance, compact.on_hull, compact.bvh
         surface = BufferWriter(layout.SURFACE_BUFFER)
         extension: dict[str, Any] = {
             "version": layout.VERSION,
@@ -167,7 +177,7 @@ class PemWriter:
                     "parts": list(layer.parts),
                     "size": layer.size,
                     "parameterization": layer.parameterization.name,
-                    "geometry": geometry_to_json(layer.geometry, surface),
+                    "geometry": geometry_to_json(layer.geometry, surface, coded=coded),
                     "begin": layer.begin,
                     **({"end": layer.end} if layer.end < inf else {}),
                 }
@@ -179,12 +189,8 @@ class PemWriter:
             ],
             "base": base_files,
             "fadeDeg": fade_deg,
-            "irradiance": {
-                "resolution": surface.add(irradiance.resolution),
-                "offset": surface.add(irradiance.offset),
-                "radiosity": surface.add(irradiance.radiosity),
-            },
-            "onHull": surface.add(on_hull.astype(np.uint8)),
+            "irradiance": irradiance_to_json(irradiance, surface, coded=coded),
+            "onHull": surface.add(on_hull.astype(np.uint8), "deflate" if coded else None),
             "statistics": {
                 **(statistics or {}),
                 "samples": [
@@ -200,25 +206,25 @@ class PemWriter:
             extension["traced"] = {
                 "mostHits": most_hits,
                 **({"companions": list(bvh.companions)} if bvh.companions else {}),
-                "order": tree.add(bvh.order),
-                "leafCounts": tree.add(bvh.leaf_counts),
-                "directions": tree.add(bvh.directions),
+                "order": tree.add(bvh.order, "delta" if coded else None),
+                "leafCounts": tree.add(bvh.leaf_counts, "deflate" if coded else None),
+                "directions": tree.add(bvh.directions, "deflate" if coded else None),
             }
             tree.write(self.folder)
         if scene.environment is not None:
             environment = BufferWriter(layout.ENVIRONMENT_BUFFER)
             extension["environment"] = environment.add(scene.environment.radiance)
             environment.write(self.folder)
-        document = write_scene(self.folder, scene)
+        document = write_scene(self.folder, scene, coded=coded)
         document["extensionsUsed"] = [*document.get("extensionsUsed", []), layout.EXTENSION]
         document["extensions"] = {layout.EXTENSION: extension}
         atomic_write(self.folder / layout.SCENE, _json(document))
         shutil.rmtree(self.folder / layout.STATE, ignore_errors=True)
 
 
-def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap) -> None:
-    """Write a whole PEM into a new or empty folder."""
-    writer = PemWriter(folder, {})
+def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap, *, codec: Codec = "av1") -> None:
+    """Write a whole PEM into a new or empty folder; ``codec`` "none" keeps plain numbers."""
+    writer = PemWriter(folder, {}, codec=codec)
     own = pem.statistics.get("samples", [{}] * len(pem.maps))
     for sample, env_maps in enumerate(pem.maps):
         writer.write_sample(sample, pem.layers, env_maps, own[sample])

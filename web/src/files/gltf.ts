@@ -2,6 +2,8 @@
 // extension, which others read.
 
 import { type Bounds, union, type Vec3 } from "../maths/vectors";
+import { type ArrayDescription, type ArrayOf, arrayOf, type NumberArray } from "./arrays";
+import { fractions, type PackedView, unpacked } from "./packed-views";
 
 const CLAMP_TO_EDGE = 33071;
 
@@ -49,13 +51,6 @@ export const sceneBounds = ({ parts }: { readonly parts: readonly Part[] }): Bou
 export const reflectiveBounds = ({ parts }: { readonly parts: readonly Part[] }): Bounds =>
   union(parts.filter((part) => part.reflective).map((part) => part.bounds));
 
-/** An array in a binary file. */
-export interface ArrayDescription {
-  uri: string;
-  byteOffset: number;
-  shape: number[];
-}
-
 interface TextureSlot {
   index: number;
   scale?: number;
@@ -72,8 +67,15 @@ interface MaterialExtensions {
 interface Document {
   nodes: { name: string; mesh: number }[];
   meshes: { primitives: [{ attributes: Record<string, number>; indices: number; material: number }] }[];
-  accessors: { bufferView: number; count: number; type: string; min?: number[]; max?: number[] }[];
-  bufferViews: { buffer: number; byteOffset: number }[];
+  accessors: {
+    bufferView: number;
+    count: number;
+    type: string;
+    min?: number[];
+    max?: number[];
+    normalized?: boolean;
+  }[];
+  bufferViews: { buffer: number; byteOffset: number; extensions?: { EXT_meshopt_compression?: PackedView } }[];
   buffers: { uri: string }[];
   images?: { uri: string }[];
   samplers?: { wrapS: number }[];
@@ -144,28 +146,23 @@ export function extensionOf<T extends { version: number }>(
   return extension;
 }
 
-type NumberArray = Uint8Array | Uint16Array | Uint32Array | Float32Array;
-interface ArrayOf<T extends NumberArray> {
-  new (buffer: ArrayBuffer, byteOffset: number, length: number): T;
-  readonly BYTES_PER_ELEMENT: number;
-}
-
 /** Binary files, each fetched once. */
 export class Files {
   private readonly buffers = new Map<string, Promise<ArrayBuffer>>();
 
   constructor(readonly resolve: (uri: string) => string) {}
 
-  async array<T extends NumberArray>(type: ArrayOf<T>, at: ArrayDescription): Promise<T> {
-    const count = at.shape.reduce((a, b) => a * b, 1);
-    let buffer = this.buffers.get(at.uri);
+  buffer(uri: string): Promise<ArrayBuffer> {
+    let buffer = this.buffers.get(uri);
     if (buffer === undefined) {
-      buffer = fetchFile(this.resolve(at.uri)).then((response) => response.arrayBuffer());
-      this.buffers.set(at.uri, buffer);
+      buffer = fetchFile(this.resolve(uri)).then((response) => response.arrayBuffer());
+      this.buffers.set(uri, buffer);
     }
-    const data = await buffer;
-    if (at.byteOffset + count * type.BYTES_PER_ELEMENT > data.byteLength) throw new Error(`${at.uri} is truncated.`);
-    return new type(data, at.byteOffset, count);
+    return buffer;
+  }
+
+  async array<T extends NumberArray>(type: ArrayOf<T>, at: ArrayDescription): Promise<T> {
+    return arrayOf(type, at, await this.buffer(at.uri));
   }
 
   async image(uri: string): Promise<ImageBitmap> {
@@ -184,18 +181,24 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
     clamp: gltf.samplers?.[texture.sampler]?.wrapS === CLAMP_TO_EDGE,
   }));
   const materials = gltf.materials.map((item) => readMaterial(item, textures));
-  const accessor = <T extends NumberArray>(type: ArrayOf<T>, number: number): Promise<T> => {
+  const accessor = async <T extends NumberArray>(type: ArrayOf<T>, number: number): Promise<T | Float32Array> => {
     const item = at(gltf.accessors, number);
     const view = at(gltf.bufferViews, item.bufferView);
-    const shape = [item.count, COMPONENTS[item.type] ?? 1];
-    return files.array(type, { uri: at(gltf.buffers, view.buffer).uri, byteOffset: view.byteOffset, shape });
+    const width = COMPONENTS[item.type] ?? 1;
+    const packed = view.extensions?.EXT_meshopt_compression;
+    const { uri } = at(gltf.buffers, packed?.buffer ?? view.buffer);
+    const shape = [item.count, width];
+    if (packed === undefined) return files.array(type, { uri, byteOffset: view.byteOffset, shape });
+    const data = await unpacked(packed, await files.buffer(uri), uri);
+    if (item.normalized) return fractions(data, item.count, width);
+    return arrayOf(type, { uri, byteOffset: 0, shape }, data);
   };
   return Promise.all(
     gltf.nodes.map(async (node, number) => {
       const { attributes, indices, material } = at(gltf.meshes, node.mesh).primitives[0];
       const floats = (name: string) => {
         const index = attributes[name];
-        return index === undefined ? undefined : accessor(Float32Array, index);
+        return index === undefined ? undefined : (accessor(Float32Array, index) as Promise<Float32Array>);
       };
       const { min, max } = at(gltf.accessors, attributes.POSITION as number);
       return {
@@ -204,7 +207,7 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
         material: at(materials, material),
         positions: (await floats("POSITION")) as Float32Array,
         normals: (await floats("NORMAL")) as Float32Array,
-        indices: await accessor(Uint32Array, indices),
+        indices: (await accessor(Uint32Array, indices)) as Uint32Array,
         uv: await floats("TEXCOORD_0"),
         tangents: await floats("TANGENT"),
         bounds: { lower: vec3(min as number[]), upper: vec3(max as number[]) },

@@ -1,13 +1,15 @@
 // Opens a PEM's folder over HTTP: everything but its maps. FORMAT.md describes the files.
 
-import { type ArrayDescription, extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
+import type { ArrayDescription } from "../files/arrays";
+import { extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
 import { type Orbit, type OrbitDescription, readOrbit, type ViewPoint } from "../maths/camera";
 import type { Geometry, Relief } from "../maths/geometry";
 import { type Axis, displacementDeg } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
+import { type Irradiance, readIrradiance, type StoredIrradiance } from "./irradiance";
 
 const EXTENSION = "REFLET_parameterized_environment_map";
-const VERSION = 2;
+const VERSION = 3;
 const MOST_HITS = 64;
 
 export interface Layer {
@@ -43,7 +45,7 @@ export interface Pem {
   readonly lodBias: number;
   readonly sampleCount: number;
   readonly onHull: Uint8Array;
-  readonly colourGrids: { readonly resolution: Uint32Array; readonly offset: Uint32Array };
+  readonly colourGrids: Irradiance["colourGrids"];
   readonly radiosity: Float32Array;
   readonly environment: Environment | undefined;
   /** How mirrored rays are traced through the mirrors' own meshes, if they are. */
@@ -101,7 +103,7 @@ interface Extension {
   lodBias: number;
   sampleCount: number;
   onHull: ArrayDescription;
-  irradiance: { resolution: ArrayDescription; offset: ArrayDescription; radiosity: ArrayDescription };
+  irradiance: StoredIrradiance;
   environment?: ArrayDescription;
   traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
@@ -111,13 +113,11 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const [parts, layers, onHull, resolution, offset, radiosity, environment, traced] = await Promise.all([
+  const [parts, layers, onHull, irradiance, environment, traced] = await Promise.all([
     readParts(scene, new Set(extension.reflective)),
     Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
-    files.array(Uint32Array, extension.irradiance.resolution),
-    files.array(Uint32Array, extension.irradiance.offset),
-    files.array(Float32Array, extension.irradiance.radiosity),
+    readIrradiance(extension.irradiance, files),
     extension.environment && files.array(Float32Array, extension.environment),
     extension.traced && readTraced(extension.traced, files),
   ]);
@@ -133,8 +133,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     lodBias: extension.lodBias,
     sampleCount: extension.sampleCount,
     onHull,
-    colourGrids: { resolution, offset },
-    radiosity,
+    ...irradiance,
     environment: environment && { width: width as number, height: height as number, radiance: environment },
     traced,
   };

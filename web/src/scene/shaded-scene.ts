@@ -1,6 +1,7 @@
 // Opens a mesh in an environment over HTTP: what reflet.view.shaded_scene writes.
 
-import { type ArrayDescription, extensionOf, fetchFile, type Part, readParts, type SceneFile } from "../files/gltf";
+import type { ArrayDescription } from "../files/arrays";
+import { extensionOf, fetchFile, type Part, readParts, type SceneFile } from "../files/gltf";
 import { mapLevels } from "../files/ktx2";
 import { type Orbit, type OrbitDescription, readOrbit } from "../maths/camera";
 import { isParameterization, type MapShape } from "../maths/parameterization";
