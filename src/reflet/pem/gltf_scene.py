@@ -15,6 +15,7 @@ from PIL import Image
 
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
+from reflet.files.pictures.png import decode_picture
 from reflet.pem.arrays import FLOAT, SHORT, UNSIGNED_INT, BufferWriter
 from reflet.pem.layout import SCENE, SCENE_BUFFER
 from reflet.pem.mesh_codes import Packed, packed_directions, packed_floats, packed_triangles
@@ -29,9 +30,11 @@ from reflet.scene.scene import Part, Scene
 
 EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 MESHOPT, QUANTIZATION = "EXT_meshopt_compression", "KHR_mesh_quantization"
+WEBP = "EXT_texture_webp"
 IOR, TRANSMISSION, VOLUME = "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"
 _VERTEX_DATA, _INDICES = 34962, 34963
 _REPEAT, _CLAMP = 10497, 33071
+_PICTURES = {b"\x89PNG": "png", b"\xff\xd8": "jpg", b"RIFF": "webp"}
 _COMPONENTS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
@@ -111,7 +114,8 @@ class _SceneWriter:
             # the extension's stand-in for the unpacked views, which has no file
             self.document["buffers"].append({"byteLength": self.unpacked, "extensions": {MESHOPT: {"fallback": True}}})
             used = {*self.document.get("extensionsUsed", ()), MESHOPT, QUANTIZATION}
-            self.document |= {"extensionsUsed": sorted(used), "extensionsRequired": [MESHOPT, QUANTIZATION]}
+            required = {*self.document.get("extensionsRequired", ()), MESHOPT, QUANTIZATION}
+            self.document |= {"extensionsUsed": sorted(used), "extensionsRequired": sorted(required)}
         return self.document
 
     def _primitive(self, part: Part) -> dict[str, Any]:
@@ -208,10 +212,10 @@ class _SceneWriter:
     def _texture(self, texture: Texture) -> dict[str, int]:
         if id(texture) not in self.texture_numbers:
             images = self.document.setdefault("images", [])
-            uri = f"textures/{len(images)}.png"
-            png = BytesIO()
-            Image.fromarray(np.asarray(texture.pixels)).save(png, "PNG")
-            atomic_write(self.folder / uri, png.getvalue())
+            data = texture.encoded or _png(texture)
+            kind = next(kind for begin, kind in _PICTURES.items() if data.startswith(begin))
+            uri = f"textures/{len(images)}.{kind}"
+            atomic_write(self.folder / uri, data)
             images.append({"uri": uri})
             samplers = self.document.setdefault("samplers", [])
             wrap = _CLAMP if texture.clamp else _REPEAT
@@ -219,9 +223,20 @@ class _SceneWriter:
             if sampler not in samplers:
                 samplers.append(sampler)
             textures = self.document.setdefault("textures", [])
-            textures.append({"source": len(images) - 1, "sampler": samplers.index(sampler)})
+            source: dict[str, Any] = {"source": len(images) - 1}
+            if kind == "webp":  # which glTF itself does not know
+                source = {"extensions": {WEBP: source}}
+                for which in ("extensionsUsed", "extensionsRequired"):
+                    self.document[which] = sorted({*self.document.get(which, ()), WEBP})
+            textures.append({**source, "sampler": samplers.index(sampler)})
             self.texture_numbers[id(texture)] = len(textures) - 1
         return {"index": self.texture_numbers[id(texture)]}
+
+
+def _png(texture: Texture) -> bytes:
+    png = BytesIO()
+    Image.fromarray(np.asarray(texture.pixels)).save(png, "PNG")
+    return png.getvalue()
 
 
 def _refraction_extensions(refraction: Refraction) -> dict[str, Any]:
@@ -249,16 +264,17 @@ def _read_refraction(extensions: dict[str, Any]) -> Refraction | None:
     )
 
 
-def _read_texture(folder: Path, document: dict[str, Any], texture: dict[str, int]) -> Texture:
-    path = folder / document["images"][texture["source"]]["uri"]
+def _read_texture(folder: Path, document: dict[str, Any], texture: dict[str, Any]) -> Texture:
+    source = texture.get("extensions", {}).get(WEBP, texture)["source"]
+    path = folder / document["images"][source]["uri"]
+    clamp = document["samplers"][texture["sampler"]]["wrapS"] == _CLAMP
     try:
-        with Image.open(path) as image:
-            pixels = np.array(image.convert("RGBA"))
-    except OSError:
+        data = path.read_bytes()
+        return Texture(decode_picture(data, str(path)), clamp, data)
+    except (OSError, RefletError):
         raise RefletError(
             f"The texture {path} is missing or damaged; copy it again, or bake again into a new folder."
         ) from None
-    return Texture(pixels, clamp=document["samplers"][texture["sampler"]]["wrapS"] == _CLAMP)
 
 
 def _read_material(item: dict[str, Any], textures: list[Texture]) -> Material:

@@ -22,7 +22,7 @@ def _feed(digest: "hashlib.blake2b", value: Any) -> None:
         digest.update(np.ascontiguousarray(value).data)
     elif is_dataclass(value):
         digest.update(type(value).__name__.encode())
-        for item in fields(value):
+        for item in (item for item in fields(value) if item.compare):
             _feed(digest, getattr(value, item.name))
     elif isinstance(value, tuple):
         digest.update(f"({len(value)}".encode())

@@ -1,6 +1,6 @@
 """Surface materials: glTF's metallic-roughness model, and glass."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
@@ -11,10 +11,15 @@ Vec3 = tuple[float, float, float]
 @dataclass(frozen=True)
 class Texture:
     """An 8-bit image, row 0 at the top; colour is sRGB where the material says so. Repeats in both directions unless
-    ``clamp``. Filtered bilinearly, without mip levels."""
+    ``clamp``. Filtered bilinearly, without mip levels.
+
+    ``encoded`` is the PNG, JPEG or WebP file that it came as, where there was one that every viewer shows these pixels
+    of: scenes are written with it. It tells no texture from another.
+    """
 
     pixels: UInt8[np.ndarray, "height width 4"]
     clamp: bool = False
+    encoded: bytes | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

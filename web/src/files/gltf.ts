@@ -79,7 +79,7 @@ interface Document {
   buffers: { uri: string }[];
   images?: { uri: string }[];
   samplers?: { wrapS: number }[];
-  textures?: { source: number; sampler: number }[];
+  textures?: { source?: number; sampler: number; extensions?: { EXT_texture_webp?: { source: number } } }[];
   materials: {
     pbrMetallicRoughness: {
       baseColorFactor: number[];
@@ -177,7 +177,7 @@ export class Files {
 export async function readParts({ gltf, files }: SceneFile, reflective: Set<number>): Promise<Part[]> {
   const images = await Promise.all((gltf.images ?? []).map((image) => files.image(image.uri)));
   const textures = (gltf.textures ?? []).map((texture) => ({
-    image: images[texture.source] as ImageBitmap,
+    image: at(images, texture.extensions?.EXT_texture_webp?.source ?? texture.source ?? -1),
     clamp: gltf.samplers?.[texture.sampler]?.wrapS === CLAMP_TO_EDGE,
   }));
   const materials = gltf.materials.map((item) => readMaterial(item, textures));

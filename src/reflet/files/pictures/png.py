@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
 from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL.ExifTags import Base
 from PIL.PngImagePlugin import PngInfo
 
 from reflet.errors import RefletError
@@ -51,6 +52,16 @@ def decode_picture(data: bytes, name: str) -> UInt8[np.ndarray, "height width 4"
             return np.asarray(image.convert("RGBA"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise RefletError(f"{name} is not a readable picture ({_reason(error)}); export it again as PNG.") from error
+
+
+def shown_alike(data: bytes) -> bool:
+    """Whether a picture that `decode_picture` reads is one that browsers and glTF viewers show the same pixels of: PNG,
+    JPEG or WebP of 8 bits, in RGB or grey, of one frame, not turned by its Exif data."""
+    if data.startswith(_PNG) and data[24:25] > b"\x08":
+        return False
+    with Image.open(io.BytesIO(data)) as image:
+        plain = image.format in ("PNG", "JPEG", "WEBP") and image.mode in ("RGB", "RGBA", "L", "LA", "P", "1")
+        return plain and getattr(image, "n_frames", 1) == 1 and image.getexif().get(Base.Orientation, 1) == 1
 
 
 def _reason(error: Exception) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from reflet.errors import RefletError
-from reflet.files.pictures.png import decode_picture
+from reflet.files.pictures.png import decode_picture, shown_alike
 from reflet.scene.material import Texture
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.document import Document
@@ -47,16 +47,16 @@ class Textures:
     def _decoded(self, index: int) -> Texture | None:
         try:
             texture = self._document.item("textures", index)
-            pixels = self._pixels(texture)
+            pixels, encoded = self._pixels(texture)
         except (RefletError, DamagedError) as error:
             self._document.notes.add(
                 "some pictures cannot be read, and the materials that use them show their factors alone",
                 "textures", index, str(error).rstrip("."),
             )  # fmt: skip
             return None
-        return Texture(pixels, clamp=self.wraps({"index": index}) == (CLAMP, CLAMP))
+        return Texture(pixels, self.wraps({"index": index}) == (CLAMP, CLAMP), encoded)
 
-    def _pixels(self, texture: JsonObject) -> UInt8[np.ndarray, "height width 4"]:
+    def _pixels(self, texture: JsonObject) -> tuple[UInt8[np.ndarray, "height width 4"], bytes | None]:
         """Of the first source that can be read; the plain one is there for readers without the extensions."""
         named = [found for name in _SOURCES if (found := extension(texture, name)) is not None]
         sources = [source for item in [*named, texture] if (source := index_or_none(item, "source")) is not None]
@@ -71,15 +71,16 @@ class Textures:
         assert refusal is not None
         raise refusal
 
-    def _picture(self, index: int) -> UInt8[np.ndarray, "height width 4"]:
-        """RGBA pixels of an image, row 0 at the top. The bytes tell what it is, not the media type."""
+    def _picture(self, index: int) -> tuple[UInt8[np.ndarray, "height width 4"], bytes | None]:
+        """RGBA pixels of an image, row 0 at the top, and its file if viewers show it so. The bytes tell what it is, not
+        the media type."""
         image = self._document.item("images", index)
         uri = text(image, "uri")
         name = text(image, "name") or (f"number {index}" if not uri or uri.startswith("data:") else uri)
         data = self._buffers.image(index)
         if data.startswith(_KTX2):
-            return _basis_pixels(data, f"image {name[:60]}")
-        return decode_picture(data, f"image {name[:60]}")
+            return _basis_pixels(data, f"image {name[:60]}"), None
+        return decode_picture(data, f"image {name[:60]}"), data if shown_alike(data) else None
 
 
 def _basis_pixels(data: bytes, name: str) -> UInt8[np.ndarray, "height width 4"]:

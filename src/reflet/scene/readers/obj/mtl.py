@@ -187,7 +187,7 @@ class MaterialFile:
         if found is None:
             return None
         placed.append(found[1])
-        return Texture(found[0], found[1].clamp)
+        return self._pictures.texture(found[1])
 
     def _normal_map(
         self, name: str, lines: dict[str, MtlLine], placed: list[TextureStatement]
@@ -197,7 +197,7 @@ class MaterialFile:
             found = self._picture(name, lines, word)
             if found is not None and (word == "norm" or is_normal_map(found[0])):
                 placed.append(found[1])
-                return Texture(found[0], found[1].clamp), found[1].bump
+                return self._pictures.texture(found[1]), found[1].bump
             if found is not None:
                 self._note("bump maps of heights are left out; give a normal map by norm", name)
         return None, 1.0

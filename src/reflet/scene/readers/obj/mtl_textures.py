@@ -1,7 +1,7 @@
 """Texture statements of a .mtl file: their options, and the pictures that they name."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
-from reflet.files.pictures.png import read_picture
+from reflet.files.pictures.png import read_picture, shown_alike
+from reflet.scene.material import Texture
 from reflet.scene.readers.resources import find_resource
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -84,11 +85,20 @@ class Pictures:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._read = lru_cache(maxsize=None)(read_picture)
+        self._read = lru_cache(maxsize=None)(_texture)
 
     def pixels(self, statement: TextureStatement) -> UInt8[np.ndarray, "height width 4"]:
         """RGBA pixels. Raises RefletError, in one sentence, where the picture is missing or cannot be read."""
-        return self._read(find_resource(self.folder, statement.name))
+        return self.texture(statement).pixels
+
+    def texture(self, statement: TextureStatement) -> Texture:
+        """The picture as it is. Raises RefletError as `pixels` does."""
+        return replace(self._read(find_resource(self.folder, statement.name)), clamp=statement.clamp)
+
+
+def _texture(path: Path) -> Texture:
+    pixels, data = read_picture(path), path.read_bytes()
+    return Texture(pixels, encoded=data if shown_alike(data) else None)
 
 
 def channel_of(pixels: UInt8[np.ndarray, "height width 4"], channel: str) -> UInt8[np.ndarray, "height width"]:
