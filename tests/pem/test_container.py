@@ -444,3 +444,13 @@ def test_textures_stay_as_they_came(tmp_path, name):
 def _unencoded(material):
     texture = material.base_color_texture_srgb
     return replace(material, base_color_texture_srgb=texture and replace(texture, encoded=None))
+
+
+def test_the_description_stays_the_same_and_short(tmp_path, pem):
+    """Lists of numbers take a line, whatever names hold: nothing in a name is taken for a list."""
+    odd = 'a [ b\n]{\n "c": [1,\n 2] }'
+    parts = (replace(pem.scene.parts[0], name=odd), *pem.scene.parts[1:])
+    save_plain(tmp_path / "pem", replace(pem, scene=replace(pem.scene, parts=parts)))
+    text = (tmp_path / "pem" / "scene.gltf").read_text()
+    assert json.loads(text)["nodes"][0]["name"] == odd
+    assert '"nodes": [0, 1, 2, 3]' in text and '{"name": "knob", "mesh": 1}' in text

@@ -1,6 +1,7 @@
 """Writes a PEM's folder, one sample at a time, so that a bake stopped at any moment can go on."""
 
 import json
+import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf
@@ -259,7 +260,14 @@ def _brief(value: Any) -> str:
 
 
 def _json(value: Any) -> bytes:
-    return (json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n").encode()
+    """Indented, but for lists and objects of numbers and words alone, which take a line each."""
+    text = json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False, default=_plain)
+    # a string holds no line break: what is found are lists and objects
+    return (re.sub(r"([\[{])\n\s*([^][{}]*?)\n\s*([\]}])", _on_one_line, text) + "\n").encode()
+
+
+def _on_one_line(found: re.Match[str]) -> str:
+    return found[1] + re.sub(r"\n\s*", " ", found[2]) + found[3]
 
 
 def _plain(value: Any) -> Any:
