@@ -218,8 +218,8 @@ def test_a_bake_goes_on_where_it_was_stopped(tmp_path, pem):
     writer = PemWriter(folder, parameters)
     writer.write_sample(1, pem.layers, pem.maps[1], {"iterations": 5})
     writer.save_state("irradiance", radiosity=pem.irradiance.radiosity)
-    first = (folder / "maps/0001/0-balls.ktx2").read_bytes()
-    (folder / "maps/0001/.0-balls.abc.tmp.ktx2").write_bytes(b"half a fi")  # what a killed writer leaves behind
+    first = (folder / "maps/0001/0-balls.avif").read_bytes()
+    (folder / "maps/0001/.0-balls.abc.tmp.avif").write_bytes(b"half a fi")  # what a killed writer leaves behind
     with pytest.raises(RefletError, match="unfinished bake"):
         open_pem(folder)
 
@@ -234,7 +234,7 @@ def test_a_bake_goes_on_where_it_was_stopped(tmp_path, pem):
         again.write_sample(sample, pem.layers, pem.maps[sample])
     finish(again, pem)
     assert again.finished
-    assert (folder / "maps/0001/0-balls.ktx2").read_bytes() == first
+    assert (folder / "maps/0001/0-balls.avif").read_bytes() == first
     assert open_pem(folder).statistics == {"samples": [{}, {"iterations": 5}, {}]}
     assert not list(folder.rglob(".*")) and not (folder / "work").exists()
 
@@ -245,7 +245,7 @@ def test_a_sample_half_written_is_no_sample(tmp_path, pem):
     with pytest.raises(RefletError):
         bad = type(pem.maps[0][2])(pem.maps[0][2].chain, pem.maps[0][2].texels * np.nan, pem.maps[0][2].geometry)
         writer.write_sample(0, pem.layers, (*pem.maps[0][:2], bad))
-    assert (tmp_path / "pem/maps/0000/1-ball.ktx2").exists()
+    assert (tmp_path / "pem/maps/0000/1-ball.avif").exists()
     assert not writer.has(0)
 
 

@@ -70,7 +70,7 @@ def test_shells_are_layers_with_a_base(whole: tuple[ParameterizedEnvironmentMap,
     assert len(pem.maps) == 2 and len(pem.base) == 2
     assert [env_map.texels.shape[1] for env_map in pem.base] == [4, 3]
     assert pem.base[0].texels[:, 3].max() <= 1.0 and (pem.base[0].texels[:, 3] > 0.5).any()
-    assert (out / "maps/base/0-ball-near.ktx2").exists()
+    assert (out / "maps/base/0-ball-near.avif").exists()
     assert not (out / "work").exists()
     assert pem.fade_deg >= 2.0
     told = pem.statistics

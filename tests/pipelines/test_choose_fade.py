@@ -44,7 +44,7 @@ def fade(tracer: Tracer, folder: Path, samples: float, base: float, space: Param
 
     for sample in range(space.sample_count):
         writer.write_sample(sample, layers, [env_map(samples)])
-    return choose_fade(tracer, space, layers, [env_map(base)], -2.0, folder)
+    return choose_fade(tracer, space, layers, [env_map(base)], -2.0, writer)
 
 
 def test_a_base_that_is_right_takes_over_at_once(tracer: Tracer, tmp_path: Path) -> None:

@@ -61,9 +61,9 @@ def test_files_and_their_types(folder):
         assert get(address, "/reflet-viewer.js")[:2] == (200, "text/javascript; charset=utf-8")
         assert get(address, "/scene/scene.gltf")[:2] == (200, "model/gltf+json")
         assert get(address, "/scene/textures/0.png")[:2] == (200, "image/png")
-        status, kind, body = get(address, "/scene/maps/0000/0-balls.ktx2?again")
-        assert (status, kind) == (200, "image/ktx2")
-        assert body == (folder / "pem/maps/0000/0-balls.ktx2").read_bytes()
+        status, kind, body = get(address, "/scene/maps/0000/0-balls.avif?again")
+        assert (status, kind) == (200, "image/avif")
+        assert body == (folder / "pem/maps/0000/0-balls.avif").read_bytes()
 
 
 @pytest.mark.parametrize(

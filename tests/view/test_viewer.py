@@ -17,7 +17,7 @@ from small_pem import small_pem
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
-from reflet.pem.container import save_pem
+from reflet.pem.container import open_pem, save_pem
 from reflet.scene.material import Refraction, Texture
 from reflet.scene.scene import Part
 from reflet.scene.views.parameter_space import Axis
@@ -272,7 +272,7 @@ def texels_on_screen(session, name, levels):
 
 
 def test_maps_are_laid_out_as_in_figure_5(session):
-    env_map = small_pem().maps[0][1]  # the ball's local map, with alpha
+    env_map = open_pem(session[1] / "pem").maps[0][1]  # the ball's local map, with alpha
     levels = [env_map.level(mip_level) for mip_level in range(3)]
     for value, pixel in texels_on_screen(session, "maps", levels):
         shown = srgb_display(value[:3])
@@ -282,7 +282,7 @@ def test_maps_are_laid_out_as_in_figure_5(session):
 
 
 def test_maps_show_alpha_distance_and_what_serves_all_viewpoints(session):
-    pem = small_pem(shells=2)
+    pem = open_pem(session[1] / "shells")
     near = pem.maps[1][0]  # 61.25° is nearer to 62° than to 60°
     inverse = pem.layers[0].geometry.inverse_distance
     expected = {

@@ -247,7 +247,7 @@ def test_half_floats_round_alike(call):
     values = np.concatenate([[0, 1, 65504, 1e9, 2**-24, 2**-25, 1.5 * 2**-24, 6.1e-5, 1 + 2**-11, 1 + 3 * 2**-11, 0.1],
                              2.0 ** random.uniform(-26, 16, 1000)]).astype(np.float32)  # fmt: skip
     values = values[: len(values) // 3 * 3]
-    (bits,) = call([("gpu/device/textures", "halfTexels", [values.tolist()])])
+    (bits,) = call([("maths/half", "halfTexels", [values.tolist()])])
     rgba = np.array(bits, np.uint16).reshape(-1, 4).view(np.float16)
     np.testing.assert_array_equal(rgba[:, :3].ravel(), np.clip(values, 0, 65504).astype(np.float16))
     np.testing.assert_array_equal(rgba[:, 3], 1)
@@ -272,7 +272,7 @@ def test_the_lock_names_no_registry():
 def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
     """Coded and plain: meshes, hull flags and the tree bit by bit, irradiance to a rounding of its exponential."""
     for codec in ("av1", "none"):
-        save_pem(tmp_path / codec, replace(small_pem(shells=2), most_hits=4), codec=codec)
+        save_pem(tmp_path / codec, replace(small_pem(shells=2, with_environment=False), most_hits=4), codec=codec)
         back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)
 
         def floats(bits):
@@ -301,7 +301,7 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
 
 @pytest.mark.parametrize("name", ["scene.bin", "surface.bin", "bvh.bin"])
 def test_the_viewer_says_which_file_is_cut(node_reads, tmp_path, name):
-    save_pem(tmp_path / "pem", replace(small_pem(), most_hits=4))
+    save_pem(tmp_path / "pem", replace(small_pem(with_environment=False), most_hits=4))
     file = tmp_path / "pem" / name
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     assert node_reads(tmp_path / "pem").startswith(f"{name} is truncated")
@@ -309,7 +309,7 @@ def test_the_viewer_says_which_file_is_cut(node_reads, tmp_path, name):
 
 def test_the_viewer_unpacks_no_bomb(node_reads, tmp_path):
     """A stream of more, of fewer and of far more numbers than its description says."""
-    save_pem(tmp_path / "pem", small_pem())
+    save_pem(tmp_path / "pem", small_pem(with_environment=False))
     path = tmp_path / "pem" / "scene.gltf"
     whole = path.read_text()
     for count in (3, 10**4, 10**11):

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import click
 
-from reflet.cli.options import VARIANTS, Vector, from_option, layer_option, variant_option
+from reflet.cli.options import VARIANTS, Vector, codec_option, from_option, layer_option, variant_option
 from reflet.cli.progress import progress_bar
 from reflet.envmap.geometry import KINDS, SHAPES
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
+from reflet.pem.layout import Codec
 from reflet.pem.pem import MOST_SHELLS
 
 
@@ -89,6 +90,7 @@ from reflet.pem.pem import MOST_SHELLS
     "part, on a shape.",
 )
 @click.option("--reflect", multiple=True, metavar="NAME", help="A part to bake as a mirror; may be given repeatedly.")
+@codec_option
 @variant_option
 @click.option("--resume", is_flag=True, help="Go on with a bake that was stopped, with the same options.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write the PEM to.")
@@ -115,6 +117,7 @@ def bake(
     joint_spacing: float | None,
     local: str,
     reflect: tuple[str, ...],
+    codec: Codec,
     variant: str,
     resume: bool,
     out: Path,
@@ -172,6 +175,7 @@ def bake(
             static=static,
             joint_spacing_deg=joint_spacing,
             local=local,
+            codec=codec,
             variant=VARIANTS[variant],
             resume=resume,
             progress=progress,

@@ -16,7 +16,8 @@ from reflet.errors import RefletError
 def info(path: Path, source_is: Parameterization | None, layer: str | None) -> None:
     """Prints what is in a PEM's folder, or in the file of an environment map or a BRDF table.
 
-    Of a PEM: viewpoints, layers with their geometries, sizes, and how well inference went. Of a file: kind, size,
+    Of a PEM: viewpoints, layers with their geometries, sizes, how well inference went, what its maps are coded by, and
+    the bytes of its files by kind. Of a file: kind, size,
     range of radiance, its integral over all directions, how much of it comes from the brightest 0.01 % of them, from
     where; and a small picture if the terminal has the colours. Azimuth 0 is +x, 90 is -z. Of a BRDF's table: its
     angles, how far it is from reciprocal, its albedo, and what prefiltered maps can show of it with one and more lobes.
@@ -33,11 +34,13 @@ def info(path: Path, source_is: Parameterization | None, layer: str | None) -> N
     if no_cube is not None or path.suffix.lower() == ".gltf":
         from reflet.pem import layout
         from reflet.pem.container import open_pem
+        from reflet.pem.folder_facts import folder_facts
         from reflet.report.table import pem_table
 
         if path.is_dir() and not any((path / name).exists() for name in (layout.SCENE, layout.PARAMETERS)):
             raise RefletError(f"{path} holds neither a PEM nor six files of a cube: {no_cube}")
-        click.echo(pem_table(open_pem(path)))
+        folder = path if path.is_dir() else path.parent
+        click.echo(pem_table(open_pem(path), folder_facts(folder)))
     elif not path.suffix and not path.exists():
         raise RefletError(f"{path} does not exist; give a PEM's folder, or a file.")
     elif path.suffix.lower() == ".npz":

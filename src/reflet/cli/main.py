@@ -13,6 +13,7 @@ from reflet import __version__
 from reflet.cli.bake import bake
 from reflet.cli.compare import compare
 from reflet.cli.convert import convert
+from reflet.cli.encode import encode
 from reflet.cli.info import info
 from reflet.cli.interruption import interrupted
 from reflet.cli.join import join
@@ -58,7 +59,7 @@ def commands() -> None:
     """
 
 
-for verb in (bake, render, compare, verify, view, info, convert, join, prefilter, sampling, shade, sketch):
+for verb in (bake, render, compare, verify, view, info, encode, convert, join, prefilter, sampling, shade, sketch):
     commands.add_command(verb)
 
 

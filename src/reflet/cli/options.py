@@ -9,6 +9,7 @@ import click
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
+from reflet.pem.layout import CODECS
 from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, SAMPLE_COUNTS, Adaptive
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
@@ -20,6 +21,13 @@ variant_option = click.option(
     default="llvm",
     show_default=True,
     help="Trace on the CPU (llvm) or on an NVIDIA GPU (cuda).",
+)
+codec_option = click.option(
+    "--codec",
+    type=click.Choice(CODECS),
+    default="av1",
+    show_default=True,
+    help="How maps and environment are stored: coded small, or none: half floats in KTX2, and floats.",
 )
 _SAMPLES: dict[str, int | Adaptive] = {"adaptive": AT_REST, "motion": IN_MOTION, **{str(n): n for n in SAMPLE_COUNTS}}
 samples_option = click.option(

@@ -7,20 +7,18 @@ from math import inf
 from pathlib import Path
 from typing import Any, overload
 
-import numpy as np
-
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.parameterizations.by_name import parameterization
 from reflet.errors import RefletError
-from reflet.files.textures.ktx2 import read_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import read_array
+from reflet.pem.environment_file import read_environment
 from reflet.pem.geometry_json import geometry_from_json
 from reflet.pem.gltf_scene import read_parts
 from reflet.pem.irradiance_json import irradiance_from_json
+from reflet.pem.map_files import read_map
 from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.nodes import checked_bvh
-from reflet.scene.material import EnvironmentLight
 from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
@@ -82,7 +80,7 @@ def _read_document(folder: Path) -> dict[str, Any]:
 def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any]) -> ParameterizedEnvironmentMap:
     environment = None
     if "environment" in extension:
-        environment = EnvironmentLight(read_array(folder, extension["environment"]))
+        environment = read_environment(folder, extension["environment"])
     scene = Scene(
         parts=read_parts(folder, document, set(extension["reflective"])),
         objects=tuple(ReflectiveObject(item["name"], tuple(item["parts"])) for item in extension["objects"]),
@@ -127,7 +125,7 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         sample_count=extension["sampleCount"],
         statistics=extension["statistics"],
         base=tuple(
-            _read_map(folder / uri, layer)
+            read_map(folder / uri, layer)
             for layer, uri in zip(_distant(layers) if extension["base"] else (), extension["base"], strict=True)
         ),
         fade_deg=extension["fadeDeg"],
@@ -179,21 +177,5 @@ class _MapsOnDisk(Sequence[tuple[EnvMap, ...]]):
         if isinstance(index, slice):
             return _MapsOnDisk(self.folder, self.layers, self.files[index])
         return tuple(
-            _read_map(self.folder / name, layer) for layer, name in zip(self.layers, self.files[index], strict=True)
+            read_map(self.folder / name, layer) for layer, name in zip(self.layers, self.files[index], strict=True)
         )
-
-
-def read_sample(folder: Path, layers: Sequence[Layer], sample: int) -> tuple[EnvMap, ...]:
-    """The maps of one sample, which a bake that may be unfinished has written."""
-    files = (layout.map_file(sample, number, layer.name) for number, layer in enumerate(layers))
-    return tuple(_read_map(folder / file, layer) for file, layer in zip(files, layers, strict=True))
-
-
-def _read_map(path: Path, layer: Layer) -> EnvMap:
-    file = read_ktx2(path)
-    if file.chain != layer.chain:
-        raise RefletError(
-            f"{path} is a {file.chain.parameterization.name} of {file.chain.size} rows, not the "
-            f"{layer.parameterization.name} of {layer.size} that {layout.SCENE} says; copy the folder again."
-        )
-    return EnvMap(file.chain, file.texels()[:, : layer.channels].astype(np.float32), layer.geometry)

@@ -14,14 +14,14 @@ from jaxtyping import Bool, Shaped
 from reflet.envmap.env_map import EnvMap
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path, atomic_write
-from reflet.files.textures.ktx2 import write_ktx2
 from reflet.pem import layout
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.compact import compacted
+from reflet.pem.environment_file import write_environment
 from reflet.pem.geometry_json import geometry_to_json
 from reflet.pem.gltf_scene import write_scene
 from reflet.pem.irradiance_json import irradiance_to_json
-from reflet.pem.layout import Codec
+from reflet.pem.map_files import codec_named, read_map, write_map
 from reflet.pem.pem import MOST_HITS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
@@ -38,15 +38,16 @@ class PemWriter:
     """
 
     def __init__(
-        self, folder: str | Path, parameters: Mapping[str, Any], *, codec: Codec = "av1", resume: bool = False
+        self, folder: str | Path, parameters: Mapping[str, Any], *, codec: str = "av1", resume: bool = False
     ) -> None:
         """Begin a bake in a new or empty folder, or go on with the one that is there.
 
-        ``parameters`` (anything that JSON can say) are all that the maps depend on; they are kept in ``bake.json``.
-        ``codec`` "none" writes plain numbers. Raises RefletError where the folder holds a bake and ``resume`` is false,
-        where that bake's parameters differ, where the folder holds something else, or cannot be written.
+        ``parameters`` (anything that JSON can say) are all that the maps depend on; they are kept in ``bake.json``,
+        and so is ``codec``, by which everything is made small; "none" writes plain numbers. Raises
+        RefletError where the codec is unknown, where the folder holds a bake and ``resume`` is false, where that bake's
+        parameters differ, where the folder holds something else, or cannot be written.
         """
-        self.folder, self.codec = Path(folder), codec
+        self.folder, self.codec = Path(folder), codec_named(codec)
         path = self.folder / layout.PARAMETERS
         wanted = {"version": layout.VERSION, "codec": codec, **parameters}
         if path.exists():
@@ -91,8 +92,15 @@ class PemWriter:
     ) -> None:
         """Write the maps of one sample, in the order of ``layers``, and what inference says of them."""
         for number, (layer, env_map) in enumerate(zip(layers, env_maps, strict=True)):
-            write_ktx2(self.folder / layout.map_file(sample, number, layer.name), env_map.chain, env_map.texels)
+            write_map(self._map_path(sample, number, layer), env_map)
         atomic_write(self.folder / layout.sample_folder(sample) / layout.SAMPLE, _json(statistics or {}))
+
+    def read_sample(self, sample: int, layers: Sequence[Layer]) -> tuple[EnvMap, ...]:
+        """The maps that `write_sample` wrote, as they will be shown."""
+        return tuple(read_map(self._map_path(sample, number, layer), layer) for number, layer in enumerate(layers))
+
+    def _map_path(self, sample: int, number: int, layer: Layer) -> Path:
+        return self.folder / layout.map_file(sample, number, layer.name, self.codec)
 
     def save_state(self, name: str, **arrays: Shaped[np.ndarray, "..."]) -> None:
         """Keep intermediate arrays until the bake is finished, under a name of the caller's."""
@@ -146,9 +154,9 @@ class PemWriter:
         if missing:
             raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; go on with the bake by --resume.")
         distant = [(number, layer) for number, layer in enumerate(layers) if layer.kind == "distant"] if base else []
-        base_files = [layout.base_file(number, layer.name) for number, layer in distant]
+        base_files = [layout.base_file(number, layer.name, self.codec) for number, layer in distant]
         for file, env_map in zip(base_files, base, strict=True):
-            write_ktx2(self.folder / file, env_map.chain, env_map.texels)
+            write_map(self.folder / file, env_map)
         coded = self.codec != "none"
         if coded:
             compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0)
@@ -185,7 +193,11 @@ class PemWriter:
                 for layer in layers
             ],
             "samples": [
-                {"maps": [layout.map_file(sample, number, layer.name) for number, layer in enumerate(layers)]}
+                {
+                    "maps": [
+                        layout.map_file(sample, number, layer.name, self.codec) for number, layer in enumerate(layers)
+                    ]
+                }
                 for sample in range(space.sample_count)
             ],
             "base": base_files,
@@ -213,9 +225,7 @@ class PemWriter:
             }
             tree.write(self.folder)
         if scene.environment is not None:
-            environment = BufferWriter(layout.ENVIRONMENT_BUFFER)
-            extension["environment"] = environment.add(scene.environment.radiance)
-            environment.write(self.folder)
+            extension["environment"] = write_environment(self.folder, scene.environment, self.codec)
         document = write_scene(self.folder, scene, coded=coded)
         document["extensionsUsed"] = [*document.get("extensionsUsed", []), layout.EXTENSION]
         document["extensions"] = {layout.EXTENSION: extension}
@@ -223,7 +233,7 @@ class PemWriter:
         shutil.rmtree(self.folder / layout.STATE, ignore_errors=True)
 
 
-def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap, *, codec: Codec = "av1") -> None:
+def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap, *, codec: str = "av1") -> None:
     """Write a whole PEM into a new or empty folder; ``codec`` "none" keeps plain numbers."""
     writer = PemWriter(folder, {}, codec=codec)
     own = pem.statistics.get("samples", [{}] * len(pem.maps))

@@ -23,6 +23,7 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
+from reflet.pem.map_files import check_chain, codec_named
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
 from reflet.pipelines.baking.base_maps import TRACED_LOD_BIAS, Base, choose_base, joint_base, static_base
@@ -69,6 +70,7 @@ def bake(
     joint_spacing_deg: float | None = None,
     local: str = TRACED,
     variant: str = "llvm_ad_rgb",
+    codec: str = "av1",
     resume: bool = False,
     progress: ProgressCallback = silent,
 ) -> Path:
@@ -90,6 +92,7 @@ def bake(
     a viewpoint, and no base. ``static`` bakes static maps only, for all viewpoints, without any inference; a space
     without samples the base only. An environment too bright for half floats is dealt with as `with_holdable_light`
     says.
+    ``codec`` makes all files small, or, "none", plain.
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
     """
@@ -122,6 +125,8 @@ def bake(
         space.orbit.image_size**2 * sample_count,
         scene.triangle_offsets[-1],
     )
+    for each in (chain, local_chain):
+        check_chain(each, codec_named(codec))
     for point in space.points() or [{}]:
         check_camera(scene, space.orbit.camera(point))
     use_variant(variant)  # what cannot trace is refused before anything is written
@@ -140,7 +145,7 @@ def bake(
         "local": local,
         "variant": variant,
     }
-    writer = PemWriter(out, parameters, resume=resume)
+    writer = PemWriter(out, parameters, codec=codec, resume=resume)
     if writer.finished:
         progress("prepare", _PREPARATIONS, _PREPARATIONS)
         return writer.folder
@@ -174,7 +179,7 @@ def bake(
     infer_viewpoints(tracer, space, layers, base, probes, on_hull, writer, **work)
     fade_deg = 0.0
     if base.maps and space.sample_count:
-        fade_deg = choose_fade(tracer, space, layers, base.maps, base.lod_bias, writer.folder, progress)
+        fade_deg = choose_fade(tracer, space, layers, base.maps, base.lod_bias, writer, progress)
     glass = any(part.reflective and part.material.refraction for part in scene.parts)
     statistics = {"spp": spp, "distant": [_told(choice) for choice in choices], **base.statistics}
     progress("write", 0, 1)

@@ -7,6 +7,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from reflet.pem.folder_facts import FolderFacts
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.report.comparison import METHODS, PLACES, Comparison
 from reflet.report.distant_choice import base_choice, distant_choice
@@ -24,8 +25,8 @@ def comparison_table(comparison: Comparison) -> str:
     return table_text(table)
 
 
-def pem_table(pem: ParameterizedEnvironmentMap) -> str:
-    """What a PEM holds: its scene, its viewpoints and its layers, with means over all samples of how inference went."""
+def pem_table(pem: ParameterizedEnvironmentMap, files: FolderFacts | None = None) -> str:
+    """What a PEM holds: its scene, viewpoints, layers, means over all samples of how inference went, files."""
     scene, orbit = pem.scene, pem.space.orbit
     facts = Table(box=None, show_header=False)
     facts.add_row("scene", f"{len(scene.parts)} parts, {scene.triangle_offsets[-1]:,} triangles")
@@ -57,7 +58,10 @@ def pem_table(pem: ParameterizedEnvironmentMap) -> str:
         if pem.companions:
             facts.add_row("met beside them", ", ".join(scene.parts[part].name for part in pem.companions))
     facts.add_row("parameterization", ", ".join(sorted({layer.parameterization.name for layer in pem.layers})))
-    facts.add_row("maps on disk", f"{_bytes(pem) / 2**20:.1f} MiB in half float")
+    if files:
+        facts.add_row("codec of maps", files.codec)
+        for kind, size in {**files.sizes, "all files": sum(files.sizes.values())}.items():
+            facts.add_row(kind, f"{size / 1e6:.3f} MB")
     table = Table("layer", "kind", "geometry", box=box.SIMPLE_HEAD)
     for heading in ("size", "iterations", "residual", "texels seen"):
         table.add_column(heading, justify="right")
@@ -75,16 +79,6 @@ def _inference(pem: ParameterizedEnvironmentMap, number: int) -> tuple[str, str,
         np.mean([solve[name] for solve in solves]) for name in ("iterations", "relative_residual", "seen_share")
     )
     return f"{iterations:.0f}", f"{residual:.3f}", f"{seen:.0%}"
-
-
-def _bytes(pem: ParameterizedEnvironmentMap) -> int:
-    """Bytes of all maps: RGBA in half float, a third more for the mip levels."""
-    base = sum(_layer_bytes(pem.layers[index]) for index in pem.distant_layers) if pem.base else 0
-    return base + len(pem.maps) * sum(_layer_bytes(layer) for layer in pem.layers)
-
-
-def _layer_bytes(layer: Layer) -> int:
-    return 8 * layer.chain.texel_count
 
 
 def _size(layer: Layer) -> str:

@@ -106,6 +106,7 @@ class _Handler(SimpleHTTPRequestHandler):
         ".png": "image/png",
         ".json": "application/json",
         ".gltf": "model/gltf+json",
+        ".avif": "image/avif",
         ".ktx2": "image/ktx2",
         "": "application/octet-stream",
     }

@@ -1,9 +1,11 @@
 // Opens a PEM's folder over HTTP: everything but its maps. FORMAT.md describes the files.
 
 import type { ArrayDescription } from "../files/arrays";
-import { extensionOf, type Part, readParts, type SceneFile } from "../files/gltf";
+import { codedPicture } from "../files/coded-light";
+import { extensionOf, fetchFile, type Part, readParts, type SceneFile } from "../files/gltf";
 import { type Orbit, type OrbitDescription, readOrbit, type ViewPoint } from "../maths/camera";
 import type { Geometry, Relief } from "../maths/geometry";
+import { halfTexels } from "../maths/half";
 import { type Axis, displacementDeg } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
 import { type Irradiance, readIrradiance, type StoredIrradiance } from "./irradiance";
@@ -27,7 +29,8 @@ export interface Layer {
 export interface Environment {
   readonly width: number;
   readonly height: number;
-  readonly radiance: Float32Array;
+  /** Radiance in half-float RGBA. */
+  readonly texels: Uint16Array<ArrayBuffer>;
 }
 
 export interface Pem {
@@ -104,7 +107,7 @@ interface Extension {
   sampleCount: number;
   onHull: ArrayDescription;
   irradiance: StoredIrradiance;
-  environment?: ArrayDescription;
+  environment?: ArrayDescription | { uri: string; shape: number[] };
   traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
 
@@ -118,10 +121,9 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
     readIrradiance(extension.irradiance, files),
-    extension.environment && files.array(Float32Array, extension.environment),
+    extension.environment && readEnvironment(extension.environment, files),
     extension.traced && readTraced(extension.traced, files),
   ]);
-  const [height, width] = extension.environment?.shape ?? [];
   return {
     parts,
     axes: extension.parameterSpace.axes,
@@ -134,7 +136,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     sampleCount: extension.sampleCount,
     onHull,
     ...irradiance,
-    environment: environment && { width: width as number, height: height as number, radiance: environment },
+    environment,
     traced,
   };
 }
@@ -166,6 +168,25 @@ async function readTraced(stored: NonNullable<Extension["traced"]>, files: Scene
   ]);
   return { mostHits: stored.mostHits, bvh: { order, leafCounts, directions, companions: stored.companions ?? [] } };
 }
+
+/** Coded, or an array of floats. */
+async function readEnvironment(
+  stored: NonNullable<Extension["environment"]>,
+  files: SceneFile["files"],
+): Promise<Environment> {
+  const [height, width] = stored.shape as [number, number, number];
+  if ("byteOffset" in stored) return { width, height, texels: halfTexels(await files.array(Float32Array, stored)) };
+  const file = await fetchFile(files.resolve(stored.uri));
+  return {
+    width,
+    height,
+    texels: await codedPicture(await file.arrayBuffer(), { rows: height, columns: width }, stored.uri),
+  };
+}
+
+/** Of a layer's maps: radiance, and alpha where something may be seen behind it. */
+export const channelsOf = ({ kind, end }: Layer): 3 | 4 =>
+  kind === "distant" && end === Number.POSITIVE_INFINITY ? 3 : 4;
 
 async function readLayer(item: Extension["layers"][number], files: SceneFile["files"]): Promise<Layer> {
   const { parameterization = "cube", end = Number.POSITIVE_INFINITY } = item;

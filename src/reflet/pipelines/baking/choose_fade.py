@@ -4,7 +4,6 @@ Maps of a viewpoint hold more of what shows there than the base, and less elsewh
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32
@@ -12,7 +11,7 @@ from jaxtyping import Float32
 from reflet.envmap.env_map import EnvMap
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import Layer
-from reflet.pem.reader import read_sample
+from reflet.pem.writer import PemWriter
 from reflet.pipelines.baking.held_back import STEEPEST_DEG, HeldBackView, held_back_views
 from reflet.progress import ProgressCallback, silent
 from reflet.report.measures import SquaredError
@@ -31,14 +30,14 @@ def choose_fade(
     layers: Sequence[Layer],
     base: Sequence[EnvMap],
     lod_bias: float,
-    folder: Path,
+    writer: PemWriter,
     progress: ProgressCallback = silent,
 ) -> float:
     """The displacement in degrees at which nothing of the samples' maps should be left (`PEM.fade_deg`).
 
     The one of some ten whose pictures differ least from the traced ones, over views up to 18° above the highest sample,
     or below the lowest one where that is too steep. ``base`` holds the maps of the distant layers; the samples' are
-    read from the folder of the bake.
+    those that ``writer`` has written.
     """
     progress("fade", 0, len(_AWAY_DEG) + 1)
     views = held_back_views(
@@ -54,7 +53,7 @@ def choose_fade(
     totals = [SquaredError()] * len(_FADES_DEG)
     for number, view in enumerate(views):
         progress("fade", number + 1, len(_AWAY_DEG) + 1)
-        maps = {sample: read_sample(folder, layers, sample) for sample in space.blend_weights(view.point)}
+        maps = {sample: writer.read_sample(sample, layers) for sample in space.blend_weights(view.point)}
         away = space.displacement_deg(view.point)
         for item in tracer.scene.objects:
             own = [index for index in distant if layers[index].parts == item.parts]

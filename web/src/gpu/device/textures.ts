@@ -4,8 +4,6 @@ import type { Geometry } from "../../maths/geometry";
 import { levelCount, type MapShape, PARAMETERIZATIONS, type ParameterizationName } from "../../maths/parameterization";
 import { link } from "./shaders";
 
-const LARGEST_HALF = 65504;
-
 /** Fills all mip levels from the finest, with the renderer's own filter. */
 export function fillMipLevels(device: GPUDevice, texture: GPUTexture): void {
   if (texture.mipLevelCount === 1) return;
@@ -95,28 +93,6 @@ export function writeMap(
       [aspect * rows, rows, faceCount],
     );
   });
-}
-
-/** RGB as half-float RGBA, alpha 1, clamped to what half floats hold. */
-export function halfTexels(rgb: Float32Array): Uint16Array<ArrayBuffer> {
-  const out = new Uint16Array((rgb.length / 3) * 4).fill(halfFromFloat(1));
-  for (let k = 0; k < rgb.length; k++) {
-    const value = Math.min(Math.max(rgb[k] as number, 0), LARGEST_HALF);
-    out[Math.floor(k / 3) * 4 + (k % 3)] = halfFromFloat(value);
-  }
-  return out;
-}
-
-/** The bits of the half float nearest to a number from 0 to 65504, ties to even. */
-function halfFromFloat(value: number): number {
-  // From 2^e on, halves lie 2^(e-10) apart, below 2^-14 always 2^-24; Math.round with ties fixed up makes them whole.
-  const exponent = Math.max(Math.floor(Math.log2(value || 1e-30)), -14);
-  const steps = value * 2 ** (10 - exponent);
-  const floor = Math.floor(steps);
-  const fraction = steps - floor;
-  const whole = fraction > 0.5 || (fraction === 0.5 && floor % 2 === 1) ? floor + 1 : floor;
-  // Whole steps count on from the exponent's first value; a carry into the next exponent comes out right by itself.
-  return ((exponent + 14) << 10) + whole;
 }
 
 /** The cubes that shaders search, one for each geometry, at least one: infinitely far where it is no relief. */

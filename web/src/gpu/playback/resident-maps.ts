@@ -2,11 +2,11 @@
 // fetched as the view needs them.
 
 import { fetchFile } from "../../files/gltf";
-import { mapLevels } from "../../files/ktx2";
+import { readMapLevels } from "../../files/map-file";
 import { cameraAt, pointOf, type ViewPoint, viewFromWorld } from "../../maths/camera";
 import { pointOfSample } from "../../maths/parameter-space";
 import { mapBytes, PARAMETERIZATIONS } from "../../maths/parameterization";
-import type { Layer, Pem } from "../../scene/pem";
+import { channelsOf, type Layer, type Pem } from "../../scene/pem";
 import { type Stack, stacksOf } from "../../scene/stacks";
 import { createMapArray, writeMap } from "../device/textures";
 import type { Blended } from "./view";
@@ -154,7 +154,8 @@ export class ResidentMaps {
     const maps = await Promise.all(
       numbers.map(async (number, k) => {
         const file = await fetchFile(files[k] as string, signal);
-        return mapLevels(await file.arrayBuffer(), this.pem.layers[number] as Layer, files[k] as string);
+        const layer = this.pem.layers[number] as Layer;
+        return readMapLevels(await file.arrayBuffer(), layer, channelsOf(layer), files[k] as string);
       }),
     );
     return new Map(maps.map((levels, k) => [numbers[k] as number, levels]));

@@ -4,14 +4,7 @@ import type { Part, PictureTexture } from "../../files/gltf";
 import type { Geometry } from "../../maths/geometry";
 import type { Layer, Pem } from "../../scene/pem";
 import type { Stack } from "../../scene/stacks";
-import {
-  createMapArray,
-  createPicture,
-  createReliefs,
-  fillMipLevels,
-  halfTexels,
-  mapArrayView,
-} from "../device/textures";
+import { createMapArray, createPicture, createReliefs, fillMipLevels, mapArrayView } from "../device/textures";
 import { createHitBuffers, type HitBuffers } from "./hit-buffers";
 import {
   type BoundLayer,
@@ -121,9 +114,9 @@ export class SceneBuffers {
   }
 
   private environment(): GPUTexture {
-    const { width, height, radiance } = this.pem.environment ?? { width: 1, height: 1, radiance: new Float32Array(3) };
+    const { width, height, texels } = this.pem.environment ?? { width: 1, height: 1, texels: new Uint16Array(4) };
     const texture = createPicture(this.device, width, height, "rgba16float", true);
-    this.device.queue.writeTexture({ texture }, halfTexels(radiance), { bytesPerRow: 8 * width }, [width, height]);
+    this.device.queue.writeTexture({ texture }, texels, { bytesPerRow: 8 * width }, [width, height]);
     fillMipLevels(this.device, texture);
     return texture;
   }
