@@ -145,6 +145,21 @@ def test_glass_may_be_met_more_often(tmp_path: Path) -> None:
     assert pem.most_hits == GLASS_HITS > MIRROR_HITS
 
 
+def test_what_stands_close_is_met_and_in_no_shell(tmp_path: Path) -> None:
+    """A ball and a screen beside it, and nothing else: all light is traced, and the shells are black."""
+    scene = assemble([part for part in beside_a_block().parts if part.name in ("ball", "screen")])
+    pem = small_bake(scene, tmp_path / "pem", orbit(0, image_size=48), static=True)
+    assert pem.companions == (1,) and pem.bvh is not None
+    assert not any(each.texels[:, :3].any() for each in pem.base)
+    camera = pem.space.orbit.camera({"azimuth_deg": 150.0, "elevation_deg": 20.0})
+    truth, coverage = object_radiance(Tracer(scene, irradiance=pem.irradiance).view(camera, spp=256).layers)
+    frame = Renderer(pem).frame(camera, what="object", samples=64)
+    shown = frame[..., :3] / np.maximum(frame[..., 3:], np.float32(1e-6))
+    assert truth[coverage > 0.5].max() > 0.5
+    # What is left is how 64 and 256 samples fall on the tiles' edges.
+    assert squared_error(truth, shown, coverage > 0.5).psnr > 38.0
+
+
 def test_a_box_may_stand_for_the_room(tmp_path: Path) -> None:
     """As in the paper but for what is local: its base is chosen too."""
     pem = small_bake(assemble([ball(), *in_a_room().parts[1:]]), tmp_path / "pem", orbit(0), distant="box")
