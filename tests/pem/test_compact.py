@@ -122,6 +122,14 @@ def test_dark_stays_dark_and_lamps_keep_their_light(tmp_path, pem):
     np.testing.assert_allclose(np.sort(back, axis=0), np.sort(colours, axis=0), rtol=1 / 100, atol=rounding)
 
 
+def test_without_diffuse_light_a_table_stays(tmp_path, pem):
+    """Mirrors alone have no mesh colours: as where they are traced, one that nobody reads keeps the table from being
+    empty."""
+    dark = np.zeros_like(pem.irradiance.resolution)
+    save_pem(tmp_path / "pem", replace(pem, irradiance=IrradianceMap(dark, dark, np.zeros((1, 3), np.float32))))
+    np.testing.assert_array_equal(open_pem(tmp_path / "pem").irradiance.radiosity, np.zeros((1, 3)))
+
+
 def test_hull_flags_follow_their_triangles(pem, stored):
     back = open_pem(stored)
     corners = corners_of(back.scene, np.arange(back.scene.triangle_offsets[-1], dtype=np.uint32))

@@ -19,7 +19,7 @@ def turned_colours(
     grid = (resolution.astype(np.int64) + 1) * (resolution + 2) // 2
     counts = np.where(resolution > 0, grid * sides[order], 0)
     offset = (np.cumsum(counts) - counts).astype(np.uint32)
-    radiosity = np.empty((int(counts.sum()), 3), np.float32)
+    radiosity = np.zeros((max(int(counts.sum()), 1), 3), np.float32)  # tracers gather from no empty table
     _turn(resolution, irradiance.offset[order], offset, sides[order], turn, irradiance.radiosity, radiosity)
     return IrradianceMap(resolution, offset, radiosity)
 
