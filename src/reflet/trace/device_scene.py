@@ -81,7 +81,8 @@ class DeviceScene:
     def set_irradiance(self, irradiance: IrradianceMap) -> None:
         """Take these mesh colours for all surfaces from now on."""
         self.radiosity_grid = mi.UInt32(np.column_stack([irradiance.resolution, irradiance.offset]).ravel())
-        self.radiosity = _floats(np.pad(irradiance.radiosity, ((0, 0), (0, 1))))
+        none = 0 if len(irradiance.radiosity) else 1  # a gather that nothing takes part in needs a value all the same
+        self.radiosity = _floats(np.pad(irradiance.radiosity, ((0, none), (0, 1))))
 
     @cached_property
     def has_normal_maps(self) -> bool:
