@@ -276,8 +276,18 @@ def test_odd_triangles_come_back():
     """One alone, one twice, ones with a corner twice: whatever the code turns around, the order is kept."""
     for triangles in ([[0, 1, 2]], [[2, 1, 0], [2, 1, 0]], [[0, 0, 1], [1, 2, 1], [2, 2, 2]]):
         given = np.array(triangles, np.uint32)
-        back = as_decoded(given)
+        back = as_decoded(Mesh(np.eye(3, dtype=np.float32), np.eye(3, dtype=np.float32), given))
         assert all(any((np.roll(a, turn) == b).all() for turn in range(3)) for a, b in zip(given, back, strict=True))
+
+
+def test_the_corner_whose_handedness_counts_stays_first():
+    """Where a triangle's corners differ in it: the first one's is that of all (CONVENTIONS.md)."""
+    corners = np.eye(6, 3, dtype=np.float32)
+    tangents = np.ones((6, 4), np.float32)
+    plain = Mesh(corners, corners, np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]], np.uint32), tangents=tangents)
+    assert as_decoded(plain)[1].tolist() == [3, 4, 1]  # turned, where it does not count
+    mixed = replace(plain, tangents=np.where(np.arange(6)[:, None] == 4, [[1, 1, 1, -1]], tangents).astype(np.float32))
+    np.testing.assert_array_equal(as_decoded(mixed), mixed.triangles)
 
 
 def test_scene_files_cut_anywhere_are_one_sentence(stored, tmp_path):

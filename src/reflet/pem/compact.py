@@ -133,16 +133,15 @@ def _reordered(mesh: Mesh, order: Int[np.ndarray, "triangles"]) -> tuple[Mesh, I
     kept = used[np.argsort(first)]
     place = np.zeros(len(mesh.positions), np.uint32)
     place[kept] = np.arange(len(kept))
-    triangles = place[triangles]
-    coded = as_decoded(triangles)
-    turned: Sequence[np.ndarray] = [(np.roll(triangles, -turn, axis=1) == coded).all(axis=1) for turn in range(3)]
-    return (
-        Mesh(
-            positions=mesh.positions[kept],
-            normals=mesh.normals[kept],
-            triangles=coded,
-            uv=None if mesh.uv is None else mesh.uv[kept],
-            tangents=None if mesh.tangents is None else mesh.tangents[kept],
-        ),
-        np.argmax(turned, axis=0),
+    renumbered = Mesh(
+        positions=mesh.positions[kept],
+        normals=mesh.normals[kept],
+        triangles=place[triangles],
+        uv=None if mesh.uv is None else mesh.uv[kept],
+        tangents=None if mesh.tangents is None else mesh.tangents[kept],
     )
+    coded = as_decoded(renumbered)
+    turned: Sequence[np.ndarray] = [
+        (np.roll(renumbered.triangles, -turn, axis=1) == coded).all(axis=1) for turn in range(3)
+    ]
+    return replace(renumbered, triangles=coded), np.argmax(turned, axis=0)

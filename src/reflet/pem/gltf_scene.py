@@ -126,7 +126,7 @@ class _SceneWriter:
         if mesh.tangents is not None:
             attributes["TANGENT"] = self._directions(mesh.tangents)
         if self.coded:
-            view = self._packed_view(packed_triangles(mesh.triangles), _INDICES)
+            view = self._packed_view(packed_triangles(mesh), _INDICES)
         else:
             view = self._plain_view(mesh.triangles.reshape(-1), _INDICES)
         indices = self._accessor(view, UNSIGNED_INT, mesh.triangles.size, 1)

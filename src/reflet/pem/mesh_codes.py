@@ -7,6 +7,8 @@ import meshopt
 import numpy as np
 from jaxtyping import Float32, UInt32
 
+from reflet.scene.meshes.mesh import Mesh
+
 DIRECTION_BITS = 13  # of each of two octahedral coordinates: 12 show in the reflections (0.03 dB of them)
 _MANTISSA = 2**23
 
@@ -18,7 +20,7 @@ class Packed:
     data: bytes
     count: int
     stride: int
-    mode: Literal["ATTRIBUTES", "TRIANGLES"]
+    mode: Literal["ATTRIBUTES", "TRIANGLES", "INDICES"]
     filter: Literal["NONE", "EXPONENTIAL", "OCTAHEDRAL"] = "NONE"
 
 
@@ -45,17 +47,29 @@ def packed_directions(values: Float32[np.ndarray, "rows columns"]) -> Packed:
     return _packed(meshopt.encode_filter_oct(four, 8, DIRECTION_BITS), "OCTAHEDRAL")
 
 
-def packed_triangles(triangles: UInt32[np.ndarray, "triangles 3"]) -> Packed:
-    """Triangles in their order; corners come back as `as_decoded`."""
-    indices = np.ascontiguousarray(triangles, np.uint32).reshape(-1)
-    return Packed(meshopt.encode_gltf_buffer(indices, "TRIANGLES"), len(indices), 4, "TRIANGLES")
+def packed_triangles(mesh: Mesh) -> Packed:
+    """A mesh's triangles in their order; corners come back as `as_decoded` says.
+
+    The denser code may begin with another corner. Where a triangle's corners differ in handedness its first one counts
+    (CONVENTIONS.md): such meshes take the code that keeps it.
+    """
+    indices = np.ascontiguousarray(mesh.triangles, np.uint32).reshape(-1)
+    mode: Literal["TRIANGLES", "INDICES"] = "INDICES" if _has_mixed_handedness(mesh) else "TRIANGLES"
+    return Packed(meshopt.encode_gltf_buffer(indices, mode), len(indices), 4, mode)
 
 
-def as_decoded(triangles: UInt32[np.ndarray, "triangles 3"]) -> UInt32[np.ndarray, "triangles 3"]:
-    """The triangles as readers will see them: the code may begin with another corner of each."""
-    packed = packed_triangles(triangles)
+def as_decoded(mesh: Mesh) -> UInt32[np.ndarray, "triangles 3"]:
+    """The triangles as readers will see them."""
+    packed = packed_triangles(mesh)
     indices = meshopt.decode_gltf_buffer(packed.data, packed.count, packed.stride, packed.mode)
     return np.ascontiguousarray(indices).view(np.uint32).reshape(-1, 3)
+
+
+def _has_mixed_handedness(mesh: Mesh) -> bool:
+    if mesh.tangents is None:
+        return False
+    signs = mesh.tangents[:, 3][mesh.triangles]
+    return bool((signs != signs[:, :1]).any())
 
 
 def _packed(rows: np.ndarray, filter_: Literal["EXPONENTIAL", "OCTAHEDRAL"]) -> Packed:
