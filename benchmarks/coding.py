@@ -1,6 +1,6 @@
 """What coding a PEM's maps and environment costs and saves: bytes, time, display PSNR against ray tracing by quality.
 
-    python benchmarks/coding.py PEM [PEM …] [--image-size 512] [--spp 256]
+    python benchmarks/coding.py PEM [PEM …] [--image-size 512] [--spp 256] [--qualities Q …]
 
 PEM: a folder baked with --codec none. Pictures of the object at one viewpoint of its orbit and at three of the dome
 that `reflet compare` looks from, at 16 samples a pixel and adaptively. The last column compares whole pictures, with
@@ -10,6 +10,7 @@ the environment behind, with those of the maps as they were.
 import argparse
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,11 +28,10 @@ from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.pipelines.compare import dome_points, straight
 from reflet.render.playback.renderer import Renderer
 from reflet.report.measures import squared_error
-from reflet.trace.layers import object_radiance
+from reflet.trace.compose import object_radiance
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 
-QUALITIES = (60, 75, 85, 92, 100)
 SAMPLES = (16, "adaptive")
 
 
@@ -41,20 +41,21 @@ def main() -> None:
     parser.add_argument("pems", type=Path, nargs="+")
     parser.add_argument("--image-size", type=int, default=512)
     parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--qualities", type=int, nargs="+", default=(60, 75, 85, 92, 100))
     arguments = parser.parse_args()
     use_variant("llvm_ad_rgb")
     for folder in arguments.pems:
         print(f"\n{folder}")
-        measure(open_pem(folder), arguments.image_size, arguments.spp)
+        measure(open_pem(folder), arguments.image_size, arguments.spp, arguments.qualities)
 
 
-def measure(pem: ParameterizedEnvironmentMap, image_size: int, spp: int) -> None:
+def measure(pem: ParameterizedEnvironmentMap, image_size: int, spp: int, qualities: Sequence[int]) -> None:
     """One row for each quality."""
     orbit = replace(pem.space.orbit, image_size=image_size)
     dome = dome_points([orbit.azimuth_deg])
     places = [(orbit.azimuth_deg, orbit.elevation_deg), *(dome[k] for k in (1, 5, 9))]
     cameras = [orbit.camera({"azimuth_deg": azimuth, "elevation_deg": elevation}) for azimuth, elevation in places]
-    tracer = Tracer(pem.scene, irradiance=pem.irradiance, through_all=True)
+    tracer = Tracer(pem.scene, irradiance=pem.irradiance, through=pem.traced_parts)
     references = []
     for number, camera in enumerate(cameras):
         layers = tracer.view(camera, spp=spp, sample_count=1, seed=900_000 + number, surroundings=True).layers
@@ -80,7 +81,7 @@ def measure(pem: ParameterizedEnvironmentMap, image_size: int, spp: int) -> None
     truth = {samples: against_traced(objects) for samples, (objects, _) in plain.items()}
     print("uncoded, dB:", {samples: np.round(values, 2).tolist() for samples, values in truth.items()})
     print("quality | kB of maps, environment | s to write, read | dB lost, 16 | dB lost, adaptive | whole picture, dB")
-    for quality in QUALITIES:
+    for quality in qualities:
         coded, kilobytes, seconds = through(pem, quality)
         drawn = show(coded)
         lost = [np.round(np.subtract(truth[s], against_traced(drawn[s][0])), 3).tolist() for s in SAMPLES]
