@@ -156,7 +156,7 @@ def test_the_tree_is_that_of_the_rounded_meshes(pem, stored):
 
 
 def test_directions_and_texture_coordinates_are_close(pem, stored):
-    """Octahedral coordinates of 13 bits are 1/4096 apart, in directions at most √3 of half of that each; uv 1/65536.
+    """Octahedral coordinates of 14 bits are 1/8192 apart, in directions at most √3 of half of that each; uv 1/65536.
     What no texture needs is left out."""
     back = open_pem(stored)
     seen = 0
@@ -169,11 +169,11 @@ def test_directions_and_texture_coordinates_are_close(pem, stored):
         for k in range(len(theirs.mesh.positions)):
             here = np.abs(ours.mesh.positions - theirs.mesh.positions[k]).max(axis=1) <= STEP
             off = np.linalg.norm(ours.mesh.normals[here] - theirs.mesh.normals[k], axis=1)
-            assert off.min() < 1.5 * np.sqrt(3) / 4096
+            assert off.min() < 1.5 * np.sqrt(3) / 8192
             if theirs.mesh.tangents is not None:
                 tangents = ours.mesh.tangents[here]
                 off = np.linalg.norm(tangents[:, :3] - theirs.mesh.tangents[k, :3], axis=1)
-                assert off.min() < 1.5 * np.sqrt(3) / 4096
+                assert off.min() < 1.5 * np.sqrt(3) / 8192
                 assert theirs.mesh.tangents[k, 3] in tangents[:, 3]
             if theirs.mesh.uv is not None:
                 assert np.abs(ours.mesh.uv[here] - theirs.mesh.uv[k]).max(axis=1).min() <= 2.0**-17
@@ -188,7 +188,7 @@ def test_stored_again_nothing_moves(tmp_path, stored):
     twice = open_pem(tmp_path / "again")
     for a, b in zip(once.scene.parts, twice.scene.parts, strict=True):
         np.testing.assert_array_equal(a.mesh.positions, b.mesh.positions)
-        np.testing.assert_allclose(a.mesh.normals, b.mesh.normals, atol=np.sqrt(3) / 4096)
+        np.testing.assert_allclose(a.mesh.normals, b.mesh.normals, atol=np.sqrt(3) / 8192)
     np.testing.assert_allclose(once.irradiance.radiosity, twice.irradiance.radiosity, rtol=1 / 64, atol=1e-4)
 
 
