@@ -17,7 +17,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.errors import RefletError
 from reflet.pem.coding.atlas import Atlas
 from reflet.pem.coding.boxes import announced_shapes, own_box, with_own_box
-from reflet.pem.coding.coded_light import decode_light
+from reflet.pem.coding.coded_light import QUALITY, decode_light
 from reflet.pem.coding.coded_map import (
     check_codable,
     environment_fits,
@@ -40,7 +40,7 @@ def display(radiance):
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
 
 
-def there_and_back(tmp_path, chain, texels, quality=85):
+def there_and_back(tmp_path, chain, texels, quality=QUALITY):
     write_coded_map(tmp_path / "map.avif", chain, texels, quality)
     return read_coded_map(tmp_path / "map.avif", chain, texels.shape[1])
 
