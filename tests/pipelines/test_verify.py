@@ -14,10 +14,12 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.relief import Relief, inverse_chebyshev
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.pipelines.verify import verify
+from reflet.pipelines.verify_bounces import verify_bounces
 from reflet.render.playback.coloring import coloring
 from reflet.render.playback.renderer import Renderer
-from reflet.scene.material import Material
+from reflet.scene.material import Material, Refraction
 from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
@@ -137,3 +139,48 @@ def test_a_shader_that_differs_is_found_out(change: Callable[[str], str], monkey
     found = verify(ring_pem(PARAMETERIZATIONS["cube"], relief()))
     assert not found.agrees and found.max_difference > 1e-3
     assert "differs" in str(found)
+
+
+def traced_pem() -> ParameterizedEnvironmentMap:
+    """The ring and a glass ball in it, each seen in the other, and a matte block beside them."""
+    pem = ring_pem(PARAMETERIZATIONS["cube"])
+    ring_part = pem.scene.parts[0]
+    clear = replace(ring_part.material, metallic=0.0, refraction=Refraction(1.5, 0.9, (0.3, 0.9, 0.6), 0.2))
+    ball = Part("ball", sphere_mesh(0.15, (0.0, 0.12, 0.0), around=48), clear, True)
+    block = replace(ring_part, name="block", reflective=False, mesh=sphere_mesh(0.06, (0.28, 0.25, 0.1), around=16))
+    glowing = replace(block, material=Material("red", (0.8, 0.2, 0.1), 0.0, 1.0, emission=(0.3, 0.1, 0.0)))
+    scene = Scene((ring_part, ball, glowing), (ReflectiveObject("both", (0, 1)),))
+    count = scene.triangle_offsets[-1]
+    none = np.zeros(count, np.uint32)
+    shells = tuple(replace(layer, parts=(0, 1)) for layer in pem.layers if layer.kind == "distant")
+    return replace(
+        pem, scene=scene, layers=shells, maps=[pem.maps[0][:1]], most_hits=8,
+        irradiance=IrradianceMap(none, none, np.zeros((1, 3), np.float32)), on_hull=np.zeros(count, bool),
+    )  # fmt: skip
+
+
+def test_bounces_are_verified() -> None:
+    """Through mirrors, glass, and what ends a ray."""
+    found = verify(traced_pem())
+    assert found.bounces is not None and found.bounces.agrees and found.agrees
+    assert found.bounces.rays > 500 and "meet the ray tracer's triangles" in str(found)
+    assert verify(ring_pem(PARAMETERIZATIONS["cube"])).bounces is None
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        (lambda text: text.replace("OFFSET = 1e-5", "OFFSET = 2e-2"), "equal_share"),
+        (lambda text: text.replace("exp(-hit.t * leaving.medium)", "exp(-0.9 * hit.t * leaving.medium)"), "difference"),
+    ],
+    ids=["rays that start elsewhere", "glass is clearer"],
+)  # fmt: skip
+def test_a_shader_that_follows_rays_otherwise_is_found_out(
+    change: Callable[[str], str], what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert change(link("traced_picture.wgsl")) != link("traced_picture.wgsl")
+    monkeypatch.setattr("reflet.render.playback.passes.link", lambda program: change(link(program)))
+    pem = traced_pem()
+    found = verify_bounces(pem, pem.space.camera(0))
+    assert not found.agrees
+    assert found.equal_share < 0.99 if what == "equal_share" else found.difference > 5e-3

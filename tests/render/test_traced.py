@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from scenes import MIRROR, analytic_map, mesh, pem_of, quad, sphere, torus
 
 from reflet.envmap.geometry import InfiniteSphere
 from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.render.playback.layouts import Shown
 from reflet.render.playback.renderer import Renderer
 from reflet.render.playback.visibility import rasterized_visibility
 from reflet.scene.bvh.build import build_bvh
@@ -25,9 +27,7 @@ from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.views.camera import Camera
 from reflet.shaders.link import link
-from reflet.trace.device_scene import DeviceScene
-from reflet.trace.surface import surface_at
-from reflet.trace.variant import use_variant
+from reflet.trace.followed import RayFollower
 
 SKY = (0.7, 0.5, 0.3)
 
@@ -105,49 +105,8 @@ def all_kinds() -> tuple[Scene, IrradianceMap]:
     return scene, IrradianceMap(resolution, 6 * np.arange(count, dtype=np.uint32), shade)
 
 
-def floats(table: np.ndarray):  # type: ignore[no-untyped-def]
-    import mitsuba as mi
-
-    return mi.Vector3f(*(mi.Float(np.ascontiguousarray(table[:, k], np.float32)) for k in range(3)))
-
-
-def chain_of_mitsuba(pem: ParameterizedEnvironmentMap, view: Camera, gbuffer: Any, hits: int):
-    """(1 + the first four triangles met, radiance) of each sub-sample, and its part's number; the sky flat."""
-    import drjit as dr
-    import mitsuba as mi
-
-    use_variant("llvm_ad_rgb")
-    device = DeviceScene(pem.scene)
-    device.set_irradiance(pem.irradiance)
-    lookups = gbuffer.lookups[0]
-    count = len(lookups.weight)
-    everything = dr.arange(mi.UInt32, count) < count
-    position = lookups.position[0].astype(np.float64)
-    sight = position - np.asarray(view.position)
-    sight /= np.linalg.norm(sight, axis=1, keepdims=True)
-    # the first surface: met again by the view ray
-    ray = mi.Ray3f(mi.Point3f(*floats(np.broadcast_to(view.position, position.shape))), floats(sight))
-    first = device.all.ray_intersect_preliminary(ray, coherent=True, active=everything)
-    surface = surface_at(device, mi.UInt32(gbuffer.triangle), first.prim_uv, floats(sight), everything)
-    radiance, throughput = np.array(surface.glow).T, np.array(surface.fresnel).T.copy()
-    going = np.ones(count, bool)
-    met = np.zeros((count, 4), np.uint32)
-    origin = np.array(surface.geometric_normal * surface.offset).T + position
-    direction = lookups.direction[0].astype(np.float64)
-    for k in range(hits):
-        ray = mi.Ray3f(mi.Point3f(*floats(origin)), floats(direction))
-        hit = device.all.ray_intersect_preliminary(ray, coherent=False, active=mi.Bool(going))
-        here = surface_at(device, hit.prim_index, hit.prim_uv, ray.d, hit.is_valid())
-        valid = np.array(hit.is_valid()) & going
-        if k < 4:
-            met[valid, k] = np.array(hit.prim_index)[valid] + 1
-        radiance = radiance + np.where(valid[:, None], throughput * np.array(here.glow).T, 0.0)
-        reflects = np.array(here.reflects) & valid
-        throughput[valid] *= np.where(reflects[valid, None], np.array(here.fresnel).T[valid], 0.0)
-        origin = np.where(reflects[:, None], np.array(here.position + here.geometric_normal * here.offset).T, origin)
-        direction = np.where(reflects[:, None], np.array(here.mirrored).T, direction)
-        going = reflects
-    return met, radiance + throughput * np.float32(SKY)
+def radiance_shown(renderer: Renderer, view: Camera, pixels: np.ndarray, *layers: Shown) -> np.ndarray:
+    return renderer.frame(view, samples=1, what="object", layers=layers).reshape(-1, 4)[pixels, :3]
 
 
 def test_each_sample_meets_what_mitsuba_meets() -> None:
@@ -156,14 +115,17 @@ def test_each_sample_meets_what_mitsuba_meets() -> None:
     pem = pem_of(
         scene, [analytic_map(4, flat_sky, InfiniteSphere())], irradiance=irradiance, on_hull=hull_triangles(scene)
     )
-    renderer = Renderer(replace(pem, most_hits=5))
+    pem = replace(pem, most_hits=5)
+    renderer, follower = Renderer(pem), RayFollower(scene, irradiance, pem.traced_parts)
     equal = traced = 0
     ends = np.zeros(len(scene.parts), int)
     for position in ((0.5, 1.5, 1.3), (1.4, -0.3, 1.2)):
         view = camera(position, (0.0, 0.0, 0.0), 128)
         gbuffer = gbuffer_from_visibility(scene, rasterized_visibility(renderer, view, 1))
         pixels = gbuffer.row_pixel[gbuffer.row_of_sample]
-        met, radiance = chain_of_mitsuba(pem, view, gbuffer, 5)
+        first = gbuffer.lookups[0]
+        ways = follower.follow(view.position, first.position[0], first.direction[0], gbuffer.triangle, 5)
+        met = ways.triangles
         found = renderer.met_triangles(view, 1, 0).reshape(-1, 4)[pixels]
         rays = (met > 0).any(1)
         same = (found == met).all(1)
@@ -172,14 +134,18 @@ def test_each_sample_meets_what_mitsuba_meets() -> None:
         assert (same | rays).mean() > 0.999
         last = met[rays, np.minimum((met[rays] > 0).sum(1) - 1, 3)] - 1
         ends += np.bincount(np.searchsorted(scene.triangle_offsets, last, side="right") - 1, minlength=len(ends))
-        # The first surface's emission is looked up in mip levels, which the tracer does not have.
-        select = same & (gbuffer.row_part[gbuffer.row_of_sample] != 1)
-        shown = renderer.frame(view, samples=1, what="object").reshape(-1, 4)[pixels, :3]
-        error = np.abs(shown - radiance).max(1) / np.maximum(radiance.max(1), 1e-3)
-        assert (rays & select).sum() > 700
+
+        shown = partial(radiance_shown, renderer, view, pixels)
+        # The first surface's own light and reflectance are as drawn: the tracer has no mip levels of emission.
+        own = shown("diffuse", "fresnel")
+        reflected = shown("diffuse", "fresnel", "distant") - own
+        radiance = own + reflected * (ways.light / np.float32(SKY) + ways.throughput)
+        error = np.abs(shown("diffuse", "fresnel", "distant", "local") - radiance).max(1)
+        error /= np.maximum(radiance.max(1), 1e-3)
+        assert (rays & same).sum() > 700
         # Normals of bumps and grazing angles magnify the last digits.
-        assert np.percentile(error[select & rays], 99.5) < 1e-3
-        assert np.percentile(error[select], 99.8) < 1e-3
+        assert np.percentile(error[same & rays], 99.5) < 1e-3
+        assert np.percentile(error[same], 99.8) < 1e-3
     assert traced > 3000
     assert equal >= 0.999 * traced
     assert (ends > 30).all()  # on each part, those that do not reflect too

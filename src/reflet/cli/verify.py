@@ -13,7 +13,8 @@ from reflet.cli.progress import progress_bar
 @click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE", help="Write the result here.")
 def verify(pem: Path, json_path: Path | None) -> int:
     """Measures the rendering matrix of PEM's first view with coloured test renderings on the adapter present, and
-    compares it with the analytic one that the maps were inferred with. Ends with status 1 where they disagree.
+    compares it with the analytic one that the maps were inferred with; and where mirrored rays are traced at playback,
+    what they meet with what the ray tracer meets. Ends with status 1 where they disagree.
 
     \b
     Example:

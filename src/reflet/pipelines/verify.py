@@ -10,6 +10,7 @@ from reflet.envmap.relief import Relief
 from reflet.infer.records import RenderingMatrix
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.pem.pem import ParameterizedEnvironmentMap
+from reflet.pipelines.verify_bounces import Bounces, verify_bounces
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name, filters_exactly
 from reflet.render.playback.renderer import Renderer
@@ -29,13 +30,13 @@ LEAST_SHARE = 0.99  # of sub-samples in which tracer and rasterizer see the same
 
 @dataclass(frozen=True)
 class Verification:
-    """Measured against analytic rendering matrix.
+    """Measured against analytic rendering matrix, and mirrored rays as drawn against traced ones.
 
     ``max_difference`` is the largest difference of a weight over all layers, but for the share ``strays`` of a relief's
     rows, those that differ most; ``test_renderings`` the number of pictures
     drawn to measure it, ``compared_share`` the share of the tracer's sub-samples that see the same triangle in the
     rasterizer: only those are compared. ``agrees`` tells whether the difference is at most ``tolerance``, which depends
-    on the kind of adapter, and the share at least 0.99.
+    on the kind of adapter, and the share at least 0.99; and what ``bounces`` say, where rays are traced.
     """
 
     max_difference: float
@@ -45,6 +46,7 @@ class Verification:
     tolerance: float
     agrees: bool
     strays: float
+    bounces: Bounces | None = None
 
     def __str__(self) -> str:
         verdict = "agrees with" if self.agrees else "differs from"
@@ -53,7 +55,7 @@ class Verification:
             f"The rendering matrix measured on {self.adapter} {verdict} the analytic one: largest difference "
             f"{self.max_difference:.2e} (allowed {self.tolerance:.0e}) over {self.compared_share:.2%} of the "
             f"sub-samples{but}, {self.test_renderings} test renderings."
-        )
+        ) + (f"\n{self.bounces}" if self.bounces else "")
 
 
 def verify(
@@ -67,19 +69,25 @@ def verify(
     """Compares the two rendering matrices of every layer at one sample of the parameter space, or at the orbit's own
     point where it has none.
 
-    The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws.
+    The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws. Where
+    mirrored rays are traced, their ways are compared as well (`verify_bounces`): lookups at their ends are by the same
+    code as those of the first surface.
     """
-    progress("prepare", 0, 3)
+    steps = 4 if pem.most_hits else 3
+    progress("prepare", 0, steps)
     renderer = renderer or Renderer(pem)
-    progress("prepare", 1, 3)
+    progress("prepare", 1, steps)
     camera = pem.space.camera(sample) if pem.space.sample_count else pem.space.orbit.camera()
     tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
-    progress("prepare", 2, 3)
+    progress("prepare", 2, steps)
     traced = tracer.view(camera, spp=1, sample_count=pem.sample_count).visibility
     common = common_samples(traced, rasterized_visibility(renderer, camera, pem.sample_count))
     gbuffer = gbuffer_from_visibility(pem.scene, common)
     part_of_sample = gbuffer.row_part[gbuffer.row_of_sample]
-    progress("prepare", 3, 3)
+    progress("prepare", 3, steps)
+    bounces = verify_bounces(pem, camera, variant=variant) if pem.most_hits else None
+    if bounces:
+        progress("prepare", steps, steps)
     worst, drawn, left_out = 0.0, 0, 0.0
     for kind in sorted({layer.kind for layer in pem.layers}):
         measured, renderings = measured_rendering_matrices(
@@ -98,8 +106,8 @@ def verify(
             worst, left_out = max(worst, largest_difference(analytic, matrix, strays)), max(left_out, strays)
     share = len(common.pixel) / max(len(traced.pixel), 1)
     tolerance = EXACT_TOLERANCE if filters_exactly(renderer.device) else CARD_TOLERANCE
-    agrees = worst <= tolerance and share >= LEAST_SHARE
-    return Verification(worst, adapter_name(renderer.device), drawn, share, tolerance, agrees, left_out)
+    agrees = worst <= tolerance and share >= LEAST_SHARE and (bounces is None or bounces.agrees)
+    return Verification(worst, adapter_name(renderer.device), drawn, share, tolerance, agrees, left_out, bounces)
 
 
 def common_samples(a: Visibility, b: Visibility) -> Visibility:
