@@ -5,7 +5,7 @@ from functools import cache
 import drjit as dr
 import mitsuba as mi
 
-LEAST_CLIMB = 1e-3  # of a mirrored ray above the geometric surface
+from reflet.trace.references.sides import mirrored, sides
 
 
 @cache
@@ -24,21 +24,18 @@ def _register(variant: str) -> None:
 
         def sample(self, context, si, sample1, sample2, active=True):  # type: ignore[no-untyped-def]
             """Metals always mirror; of other samples half mirror and half are diffuse."""
-            towards, ng, n, visible = self._side(si, active)
+            towards, ng, n, visible = sides(si, self.double_sided, active)
             color, metallic = self.base_color.eval(si, visible), self.metallic.eval_1(si, visible)
             share = self._mirror_share(metallic)
             mirrors = visible & (sample1 < share)
             f0 = color * metallic + 0.04 * (1.0 - metallic)
             cosine = dr.maximum(dr.dot(towards, n), 0.0)
             fresnel = f0 + (1.0 - f0) * dr.power(1.0 - cosine, 5)
-            mirrored = 2.0 * dr.dot(towards, n) * n - towards
-            climb = dr.dot(mirrored, ng)
-            bent = dr.normalize(mirrored + (LEAST_CLIMB - climb) * ng)
-            mirrored = dr.select(climb < LEAST_CLIMB, bent, mirrored)
+            reflected, _ = mirrored(towards, n, ng)
             scattered = mi.Frame3f(n).to_world(mi.warp.square_to_cosine_hemisphere(sample2))
 
             drawn = dr.zeros(mi.BSDFSample3f, dr.width(si.p))
-            drawn.wo = si.to_local(dr.select(mirrors, mirrored, scattered))
+            drawn.wo = si.to_local(dr.select(mirrors, reflected, scattered))
             drawn.pdf = dr.select(mirrors, share, (1.0 - share) * dr.dot(n, scattered) * dr.inv_pi)
             drawn.eta = mi.Float(1.0)
             drawn.sampled_type = dr.select(
@@ -52,7 +49,7 @@ def _register(variant: str) -> None:
 
         def eval(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
             """The diffuse base times the cosine."""
-            _, ng, n, visible = self._side(si, active)
+            _, ng, n, visible = sides(si, self.double_sided, active)
             outgoing = si.to_world(wo)
             cosine = dr.dot(n, outgoing)
             lit = visible & (cosine > 0.0) & (dr.dot(ng, outgoing) > 0.0)
@@ -61,7 +58,7 @@ def _register(variant: str) -> None:
 
         def pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]
             """Density of the diffuse samples."""
-            _, _, n, visible = self._side(si, active)
+            _, _, n, visible = sides(si, self.double_sided, active)
             share = self._mirror_share(self.metallic.eval_1(si, visible))
             return dr.select(visible, (1.0 - share) * dr.maximum(dr.dot(n, si.to_world(wo)), 0.0) * dr.inv_pi, 0.0)
 
@@ -71,14 +68,6 @@ def _register(variant: str) -> None:
 
         def _mirror_share(self, metallic):  # type: ignore[no-untyped-def]
             return dr.select(metallic >= 1.0, mi.Float(1.0), 0.5)
-
-        def _side(self, si, active):  # type: ignore[no-untyped-def]
-            """Unit direction to the viewer, geometric and shading normal turned there, and what is not black."""
-            towards = si.to_world(si.wi)
-            front = dr.dot(si.n, towards) > 0.0
-            ng = dr.select(front, si.n, -si.n)
-            n = dr.select(dr.dot(si.sh_frame.n, ng) < 0.0, -si.sh_frame.n, si.sh_frame.n)
-            return towards, ng, n, active & (front | mi.Bool(self.double_sided))
 
     mi.register_bsdf("reflet_mirror", Mirror)
 

@@ -8,14 +8,14 @@ import numpy as np
 from jaxtyping import Float32
 
 from reflet.errors import RefletWarning
-from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
-from reflet.trace.references.mirror_bsdf import register_mirror
+from reflet.trace.references.materials import MaterialPlugins, color_texture
 from reflet.trace.variant import use_variant
 
 NEAR = 1e-4  # of the camera's distance from its target: nothing in front of the lens is cut off
+LANES = 1 << 22  # samples of a pass: they bound its memory
 APART = 1e-5  # of a mesh's size: how far behind its front the back of a double-sided emitter lies
 
 # Mitsuba's u is atan2(x', -z')/2π and ours 1/2 + atan2(z, x)/2π: it looks along x' = -z, z' = x.
@@ -23,33 +23,51 @@ ENVIRONMENT_FROM_WORLD = np.array([[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0
 
 
 class PathReference:
-    """A scene with Mitsuba's shapes, textures and emitters, its diffuse BSDFs and glass, and a mirror with the
-    project's Fresnel term: ``scene`` is Mitsuba's. Normal maps are left out, with a RefletWarning."""
+    """A scene with Mitsuba's shapes, textures and emitters: ``scene`` is Mitsuba's.
 
-    def __init__(self, scene: Scene, *, variant: str = "llvm_ad_rgb") -> None:
+    ``materials`` are "mirrors", as segmented tracing has them: reflective parts mirror by the project's Fresnel term or
+    are glass, others are diffuse, and normal maps are left out, with a RefletWarning; or "gltf": every part is of its
+    whole material, normal maps and all (`gltf_bsdf`), or glass, whether it is reflective or not. ``single_scattering``
+    takes glTF's appendix B to the letter, which loses light; by default materials keep it, as played back. Raises
+    RefletError for other ``materials``.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        materials: str = "mirrors",
+        single_scattering: bool = False,
+        variant: str = "llvm_ad_rgb",
+    ) -> None:
         use_variant(variant)
-        register_mirror()
-        if any(part.material.normal_texture for part in scene.parts):
+        if materials == "mirrors" and any(part.material.normal_texture for part in scene.parts):
             warnings.warn("The path traced reference leaves normal maps out.", RefletWarning, stacklevel=2)
+        plugins = MaterialPlugins(materials, single_scattering)
         described: dict[str, Any] = {"type": "scene"}
         for number, part in enumerate(scene.parts):
-            described[f"part{number}"] = _shape(part, part.mesh)
+            described[f"part{number}"] = _shape(part, part.mesh, plugins)
             if any(part.material.emission) and part.material.double_sided:
-                described[f"back{number}"] = _shape(part, _turned(part.mesh))
+                described[f"back{number}"] = _shape(part, _turned(part.mesh), plugins)
         if scene.environment is not None:
             described["environment"] = environment_emitter(scene.environment.radiance)
         self.scene = mi.load_dict(described)
-        self._kind = "volpath" if any(_absorbs(part) for part in scene.parts) else "path"
+        self._kind = "volpath" if any(plugins.absorbs(part) for part in scene.parts) else "path"
 
     def picture(
         self, camera: Camera, *, spp: int, max_depth: int = 32, seed: int = 0
     ) -> Float32[np.ndarray, "height width 3"]:
-        """Path traced radiance with ``spp`` independent samples a pixel and box filter; ``max_depth`` counts a path's
-        segments, 1 being what the camera sees emit."""
+        """Path traced radiance with at least ``spp`` independent samples a pixel and box filter; ``max_depth`` counts a
+        path's segments, 1 being what the camera sees emit."""
         integrator = mi.load_dict({"type": self._kind, "max_depth": max_depth, "rr_depth": max_depth + 1})
-        sensor = self.sensor(camera, spp)
-        image = mi.render(self.scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed)
-        return np.asarray(image, np.float32).reshape(camera.height, camera.width, 3)
+        passes = -(-spp * camera.width * camera.height // LANES)
+        each = -(-spp // passes)
+        sensor = self.sensor(camera, each)
+        total = np.zeros((camera.height, camera.width, 3))
+        for number in range(passes):
+            image = mi.render(self.scene, sensor=sensor, integrator=integrator, spp=each, seed=seed * passes + number)
+            total += np.asarray(image).reshape(total.shape)
+        return (total / passes).astype(np.float32)
 
     def sensor(self, camera: Camera, spp: int) -> "mi.Sensor":
         """Mitsuba's sensor for a camera."""
@@ -96,18 +114,18 @@ def sensor(camera: Camera, spp: int) -> dict[str, Any]:
     }
 
 
-def _shape(part: Part, mesh: Mesh) -> "mi.Mesh":
+def _shape(part: Part, mesh: Mesh, plugins: MaterialPlugins) -> "mi.Mesh":
     material = part.material
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(_bsdf(part))
-    if _absorbs(part):
+    properties["bsdf"] = plugins.bsdf(part)
+    if plugins.absorbs(part):
         absorption = material.refraction.absorption  # type: ignore[union-attr]
         densest = float(absorption.max())
         density = {"type": "rgb", "value": (absorption / densest).tolist()}
         medium = {"type": "homogeneous", "albedo": 0.0, "sigma_t": density, "scale": densest}
         properties["interior"] = mi.load_dict(medium)
     if any(material.emission):
-        radiance = _texture(material.emission, material.emission_texture_srgb, mesh)
+        radiance = color_texture(material.emission, material.emission_texture_srgb, mesh)
         properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
     shape = mi.Mesh(
         part.name,
@@ -124,66 +142,19 @@ def _shape(part: Part, mesh: Mesh) -> "mi.Mesh":
     if mesh.uv is not None:
         parameters["vertex_texcoords"] = np.ascontiguousarray(mesh.uv, np.float32).ravel()
     parameters.update()
+    if plugins.bumpy(part):
+        tangents = np.ascontiguousarray(mesh.tangents, np.float32)
+        shape.add_attribute("vertex_tangent", 3, tangents[:, :3].ravel())
+        shape.add_attribute("face_handedness", 1, tangents[mesh.triangles[:, 0], 3])
     return shape
-
-
-def _absorbs(part: Part) -> bool:
-    refraction = part.material.refraction
-    return part.reflective and refraction is not None and bool(refraction.absorption.any())
 
 
 def _turned(mesh: Mesh) -> Mesh:
     """The mesh seen from behind, as far behind its front as rays can tell apart."""
     apart = APART * float(np.ptp(mesh.positions, axis=0).max())
-    return Mesh(mesh.positions - apart * mesh.normals, -mesh.normals, mesh.triangles[:, ::-1].copy(), mesh.uv)
-
-
-def _bsdf(part: Part) -> dict[str, Any]:
-    material = part.material
-    color = _texture(material.base_color, material.base_color_texture_srgb, part.mesh)
-    if part.reflective and material.refraction is not None:
-        return _glass(material.refraction, material.base_color, part)
-    if part.reflective:
-        return {
-            "type": "reflet_mirror",
-            "base_color": color,
-            "metallic": _metallic(material, part.mesh),
-            "double_sided": material.double_sided,
-        }
-    diffuse = {"type": "diffuse", "reflectance": color}
-    return {"type": "twosided", "bsdf": diffuse} if material.double_sided else diffuse
-
-
-def _glass(refraction: Refraction, base_color: Vec3, part: Part) -> dict[str, Any]:
-    """Mitsuba's own; without the diffuse light of what lets only some of it through."""
-    r, g, b = (refraction.transmission * c for c in base_color)
-    tint = _texture((r, g, b), part.material.base_color_texture_srgb, part.mesh)
-    kind = "thindielectric" if refraction.thin else "dielectric"
-    return {"type": kind, "int_ior": refraction.index, "ext_ior": 1.0, "specular_transmittance": tint}
-
-
-def _texture(factor: tuple[float, float, float], texture: Texture | None, mesh: Mesh) -> dict[str, Any]:
-    if texture is None or mesh.uv is None:
-        return {"type": "srgb", "color": [float(c) for c in factor], "unbounded": True}
-    code = texture.pixels[..., :3].astype(np.float64) / 255.0
-    linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    return _bitmap(linear * np.asarray(factor), texture.clamp)
-
-
-def _metallic(material: Material, mesh: Mesh) -> dict[str, Any]:
-    texture = material.metallic_roughness_texture
-    if texture is None or mesh.uv is None:
-        return {"type": "uniform", "value": float(material.metallic)}
-    return _bitmap(texture.pixels[..., 2:3] / 255.0 * material.metallic, texture.clamp)
-
-
-def _bitmap(linear: np.ndarray, clamp: bool) -> dict[str, Any]:
-    return {
-        "type": "bitmap",
-        "data": mi.TensorXf(np.ascontiguousarray(linear, np.float32)),
-        "raw": True,
-        "wrap_mode": "clamp" if clamp else "repeat",
-    }
+    return Mesh(
+        mesh.positions - apart * mesh.normals, -mesh.normals, mesh.triangles[:, ::-1].copy(), mesh.uv, mesh.tangents
+    )
 
 
 def environment_emitter(radiance: np.ndarray) -> "mi.Emitter":

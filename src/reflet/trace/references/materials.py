@@ -1,0 +1,118 @@
+"""A scene's materials as plugins of Mitsuba's, for the path traced reference."""
+
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from reflet.errors import RefletError
+from reflet.scene.material import Material, Refraction, Texture, Vec3
+from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.scene import Part
+from reflet.trace.references.gltf_bsdf import register_gltf
+from reflet.trace.references.mirror_bsdf import register_mirror
+
+KINDS = ("mirrors", "gltf")
+
+
+class MaterialPlugins:
+    """BSDFs of parts, as `PathReference` says; parts of one whole material share theirs.
+
+    Raises RefletError unless ``kind`` is one of `KINDS`.
+    """
+
+    def __init__(self, kind: str, single_scattering: bool) -> None:
+        if kind not in KINDS:
+            raise RefletError(f"The reference's materials are one of {', '.join(KINDS)}, not {kind!r}.")
+        register_mirror()
+        register_gltf()
+        self._whole, self._single_scattering = kind == "gltf", single_scattering
+        self._made: dict[tuple[int, bool, bool], tuple[Material, mi.BSDF]] = {}
+
+    def bsdf(self, part: Part) -> "mi.BSDF":
+        """The part's own, or that of another part of the same material."""
+        if not self._whole:
+            return mi.load_dict(_mirror_or_diffuse(part))
+        key = id(part.material), part.mesh.uv is not None, self.bumpy(part)
+        if key not in self._made:
+            glass = part.material.refraction
+            described = self._gltf(part) if glass is None else _glass(glass, part.material.base_color, part)
+            self._made[key] = part.material, mi.load_dict(described)
+        return self._made[key][1]
+
+    def bumpy(self, part: Part) -> bool:
+        """Whether the part's BSDF reads tangents."""
+        mesh = part.mesh
+        placed = mesh.uv is not None and mesh.tangents is not None
+        return self._whole and placed and part.material.normal_texture is not None
+
+    def absorbs(self, part: Part) -> bool:
+        """Whether light is lost within the part."""
+        refraction = part.material.refraction
+        return (part.reflective or self._whole) and refraction is not None and bool(refraction.absorption.any())
+
+    def _gltf(self, part: Part) -> dict[str, Any]:
+        material = part.material
+        described = {
+            "type": "reflet_gltf",
+            "base_color": color_texture(material.base_color, material.base_color_texture_srgb, part.mesh),
+            "metallic": _channel(material.metallic, material, 2, part.mesh),
+            "perceptual_roughness": _channel(material.perceptual_roughness, material, 1, part.mesh),
+            "double_sided": material.double_sided,
+            "single_scattering": self._single_scattering,
+        }
+        if self.bumpy(part) and material.normal_texture is not None:
+            described["normal"] = _bitmap(
+                material.normal_texture.pixels[..., :3] / 255.0, material.normal_texture.clamp
+            )
+            described["normal_scale"] = float(material.normal_scale)
+        return described
+
+
+def _mirror_or_diffuse(part: Part) -> dict[str, Any]:
+    material = part.material
+    color = color_texture(material.base_color, material.base_color_texture_srgb, part.mesh)
+    if part.reflective and material.refraction is not None:
+        return _glass(material.refraction, material.base_color, part)
+    if part.reflective:
+        return {
+            "type": "reflet_mirror",
+            "base_color": color,
+            "metallic": _channel(material.metallic, material, 2, part.mesh),
+            "double_sided": material.double_sided,
+        }
+    diffuse = {"type": "diffuse", "reflectance": color}
+    return {"type": "twosided", "bsdf": diffuse} if material.double_sided else diffuse
+
+
+def _glass(refraction: Refraction, base_color: Vec3, part: Part) -> dict[str, Any]:
+    """Mitsuba's own; without the diffuse light of what lets only some of it through."""
+    r, g, b = (refraction.transmission * c for c in base_color)
+    tint = color_texture((r, g, b), part.material.base_color_texture_srgb, part.mesh)
+    kind = "thindielectric" if refraction.thin else "dielectric"
+    return {"type": kind, "int_ior": refraction.index, "ext_ior": 1.0, "specular_transmittance": tint}
+
+
+def color_texture(factor: Vec3, texture: Texture | None, mesh: Mesh) -> dict[str, Any]:
+    """A colour, which may exceed 1, times its sRGB texture."""
+    if texture is None or mesh.uv is None:
+        return {"type": "srgb", "color": [float(c) for c in factor], "unbounded": True}
+    code = texture.pixels[..., :3].astype(np.float64) / 255.0
+    linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    return _bitmap(linear * np.asarray(factor), texture.clamp)
+
+
+def _channel(factor: float, material: Material, channel: int, mesh: Mesh) -> dict[str, Any]:
+    texture = material.metallic_roughness_texture
+    if texture is None or mesh.uv is None:
+        return {"type": "uniform", "value": float(factor)}
+    return _bitmap(texture.pixels[..., channel : channel + 1] / 255.0 * factor, texture.clamp)
+
+
+def _bitmap(linear: np.ndarray, clamp: bool) -> dict[str, Any]:
+    return {
+        "type": "bitmap",
+        "data": mi.TensorXf(np.ascontiguousarray(linear, np.float32)),
+        "raw": True,
+        "wrap_mode": "clamp" if clamp else "repeat",
+    }
