@@ -149,6 +149,26 @@ def test_only_double_sided_faces_have_backs(double_sided: bool) -> None:
     assert back.mean() == pytest.approx(0.9 if double_sided else 0.0, abs=0.06)
 
 
+def test_bumps_of_backs_lean_as_those_of_fronts_glowing_or_not() -> None:
+    """What glows on both sides has a second mesh behind the first."""
+    foil = Material("foil", (1.0, 1.0, 1.0), 1.0, 0.0, double_sided=True, normal_texture=Texture(LEAN.reshape(1, 1, 4)))
+    mesh = replace(PLATE, tangents=np.tile(np.array([1, 0, 0, -1], np.float32), (4, 1)))
+    x, y, z = local_normal(1.0)
+    leaning = with_normals(PLATE, np.array([x, -y, z]))
+    behind = camera((0.6, 0.4, -3.0), 24)
+
+    def seen(material: Material, shape: Mesh) -> np.ndarray:
+        what = scene([plate(material, shape)], [], uneven_light())
+        return PathReference(what, materials="gltf").picture(behind, spp=4, max_depth=3)
+
+    expected = seen(replace(foil, normal_texture=None), leaning)
+    dark, glowing = seen(foil, mesh), seen(replace(foil, emission=(0.5, 0.25, 0.0)), mesh)
+    np.testing.assert_allclose(dark, expected, atol=1e-4)
+    middle = slice(10, 14)
+    # a few micrometres apart, the plates' mirrored rays are the same but for rounding
+    np.testing.assert_allclose((glowing - dark)[middle, middle], np.tile([0.5, 0.25, 0.0], (4, 4, 1)), atol=1e-4)
+
+
 def test_single_scattering_loses_light() -> None:
     white = plate(Material("white", (1.0, 1.0, 1.0), 1.0, 1.0))
     kept, lost = (

@@ -1,6 +1,7 @@
 """The same picture by Mitsuba's own path integrator: what segmented tracing is tested and timed against."""
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import mitsuba as mi
@@ -150,10 +151,17 @@ def _shape(part: Part, mesh: Mesh, plugins: MaterialPlugins) -> "mi.Mesh":
 
 
 def _turned(mesh: Mesh) -> Mesh:
-    """The mesh seen from behind, as far behind its front as rays can tell apart."""
+    """The mesh seen from behind, as far behind its front as rays can tell apart.
+
+    With tangents (-t, -w) it has minus the shading normals of the front: double-sided faces turn the whole normal.
+    """
     apart = APART * float(np.ptp(mesh.positions, axis=0).max())
-    return Mesh(
-        mesh.positions - apart * mesh.normals, -mesh.normals, mesh.triangles[:, ::-1].copy(), mesh.uv, mesh.tangents
+    return replace(
+        mesh,
+        positions=mesh.positions - apart * mesh.normals,
+        normals=-mesh.normals,
+        triangles=mesh.triangles[:, [0, 2, 1]],
+        tangents=None if mesh.tangents is None else -mesh.tangents,
     )
 
 
