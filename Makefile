@@ -27,6 +27,7 @@ figures: .venv/.ready .venv/.browser $(VIEWER)
 	.venv/bin/reflet bake teapot-room --out out/figures/teapot
 	.venv/bin/reflet bake teapot-room --image-size 256 --em-size 128 --out out/figures/small
 	.venv/bin/reflet compare out/figures/small --samples 16 --figure docs/comparison.png
+	.venv/bin/reflet render out/figures/teapot --by-origin --elevation 42 -o docs/origins.png
 	$(PY) tools/viewer_picture.py out/figures/teapot docs/viewer.png
 	$(PY) examples/parameterizations.py out/figures/parameterizations
 	$(PY) tools/parameterizations_picture.py out/figures/parameterizations docs/parameterizations.png
