@@ -1,4 +1,5 @@
 import { readFileSync } from "node:fs";
+import { resolve } from "node:path";
 import { defineConfig } from "vite";
 
 const LIBRARIES = { "ktx-parse": "LICENSE", meshoptimizer: "LICENSE.md" };
@@ -8,6 +9,10 @@ const LICENCES = Object.entries(LIBRARIES).map(
 
 export default defineConfig({
   base: "./",
+  // Its decoder without WebAssembly, which a page's content security policy would have to allow.
+  resolve: {
+    alias: { "meshoptimizer/decoder": resolve("node_modules/meshoptimizer/meshopt_decoder_reference.js") },
+  },
   build: {
     outDir: "../src/reflet/view/static",
     emptyOutDir: true,
