@@ -52,7 +52,7 @@ def frames(pems: dict[str, ParameterizedEnvironmentMap], cameras: list[Camera], 
            ) -> Iterator[dict[str, np.ndarray]]:  # fmt: skip
     """Display values of each step by method, zero off the object."""
     traced = pems["traced"]
-    tracer = Tracer(traced.scene, irradiance=traced.irradiance, through_all=True)
+    tracer = Tracer(traced.scene, irradiance=traced.irradiance, through=traced.traced_parts)
     renderers = {name: Renderer(pem) for name, pem in pems.items()}
     for camera in cameras:
         radiance, coverage = object_radiance(tracer.view(camera, spp=spp, sample_count=1, seed=1).layers)
