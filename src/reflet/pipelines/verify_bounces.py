@@ -1,6 +1,5 @@
 """The check that playback follows mirrored rays as the ray tracer does."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,11 +58,10 @@ def verify_bounces(
     camera: Camera,
     *,
     variant: str = "llvm_ad_rgb",
-    renderer_of: Callable[[ParameterizedEnvironmentMap], Renderer] = Renderer,
 ) -> Bounces:
     """Compares the middle ray of every pixel. Each shell in turn would show the same: distant light is white here, and
     how it is looked up is the same from wherever a ray leaves (`verify`)."""
-    renderer = renderer_of(_white(pem))
+    renderer = Renderer(_white(pem))
     gbuffer = gbuffer_from_visibility(pem.scene, rasterized_visibility(renderer, camera, 1))
     lookups = gbuffer.lookups[0]
     follower = RayFollower(pem.scene, pem.irradiance, pem.traced_parts, variant=variant)

@@ -26,7 +26,7 @@ def encode_grey(picture: UInt8[np.ndarray, "rows columns"], quality: int) -> byt
     Raises RefletError where this Pillow cannot.
     """
     if not features.check("avif"):
-        raise RefletError("This Pillow was built without AVIF; install its wheel from PyPI, or give --codec none.")
+        raise RefletError("This Pillow was built without AVIF; install one with it, or give --codec none.")
     file = io.BytesIO()
     Image.fromarray(picture).save(
         file,
