@@ -17,7 +17,7 @@ def hull_triangles(scene: Scene) -> Bool[np.ndarray, "triangles"]:
     """Flags the triangles (of all parts, in the scene's order) whose plane has their whole object on its back side.
 
     Such a triangle lies on the object's convex hull with its front outwards, and no ray that leaves the front can meet
-    the object again [Hakura01, sec. 4.2]; conversely every triangle on the hull is found. Back faces and parts that do
+    the object again [Hakura01, sec. 4]; conversely every triangle on the hull is found. Back faces and parts that do
     not reflect are never flagged, nor are double-sided parts: the inside of a thin shell sees the rest of it.
     """
     flags = np.zeros(scene.triangle_offsets[-1], bool)
