@@ -17,6 +17,7 @@ from reflet.reflectance.materials.material import (
     GlossyPhong,
     Mirror,
     SurfaceMaterial,
+    dfg_table,
 )
 from reflet.reflectance.materials.material_maps import EnvironmentMaps, prepare
 
@@ -37,7 +38,11 @@ def reflected_of_white(material: SurfaceMaterial) -> np.ndarray:
         Coated(1.5),
         Coated(5.0),
         GlossyPhong(20.0, (0.3, 0.4, 0.5), (0.7, 0.6, 0.5)),
-        *(GlossyGgx((1.0, 1.0, 1.0), metallic, roughness) for metallic in (0.0, 1.0) for roughness in (0.0, 0.3, 1.0)),
+        *(
+            GlossyGgx((1.0, 1.0, 1.0), metallic, roughness)
+            for metallic in (0.0, 0.5, 1.0)
+            for roughness in (0.0, 0.3, 1.0)
+        ),
     ],
     ids=repr,
 )
@@ -52,16 +57,28 @@ def test_ggx_never_adds_light(metallic: float, roughness: float) -> None:
     assert given.min() >= 0.0 and given.max() <= 1.0 + 1e-6
 
 
-def test_ggx_is_the_split_sum() -> None:
-    rough = 0.5
-    for cosine in (0.2, 0.6, 1.0):
+@pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("rough", [0.1, 0.5, 0.97, 1.0])
+def test_ggx_is_the_split_sum(rough: float, metallic: float) -> None:
+    """What is partly metal is a mixture of a metal and a dielectric, at the ends of the table as within."""
+    for cosine in (0.05, 0.2, 0.6, 1.0):
         a, b = dfg(np.array([cosine]), rough**2, samples=1 << 14)[0]
-        f0 = 0.04
-        expected = (f0 * a + b) * (1.0 + f0 * (1.0 / (a + b) - 1.0))
-        specular, diffuse = GlossyGgx((0.5, 0.5, 0.5), 0.0, rough).weights(np.array(cosine))
-        # A table of 32² entries, made of 1024 samples, linear in between; B bends most near the horizon.
-        np.testing.assert_allclose(specular, expected, atol=3e-3)
-        np.testing.assert_allclose(diffuse, 0.5 * (1.0 - expected), atol=3e-3)
+        paint, metal = ((f0 * a + b) * (1.0 + f0 * (1.0 / (a + b) - 1.0)) for f0 in (0.04, 0.5))
+        specular, diffuse = GlossyGgx((0.5, 0.5, 0.5), metallic, rough).weights(np.array(cosine))
+        # A table of 32×48 half floats, made of 2048 samples, linear in between.
+        np.testing.assert_allclose(specular, paint + metallic * (metal - paint), rtol=4e-3)
+        np.testing.assert_allclose(diffuse, 0.5 * (1.0 - metallic) * (1.0 - paint), atol=1e-3)
+
+
+def test_the_table_goes_from_mirror_to_roughness_1() -> None:
+    table = dfg_table()
+    np.testing.assert_array_equal(table, table.astype(np.float16))  # as devices hold it
+    cosine = np.linspace(0.0, 1.0, table.shape[1]) ** 2
+    # float16 of values up to 1; at the horizon sampled half vectors miss some of a mirror's light
+    np.testing.assert_allclose(table[0, 2:, 0], 1.0 - (1.0 - cosine[2:]) ** 5, atol=1e-3)
+    np.testing.assert_allclose(table[0, 2:, 2], 0.0, atol=1e-2)
+    a, b = dfg(cosine[2:], 1.0, samples=1 << 14).T
+    np.testing.assert_allclose(table[-1, 2:, :2].sum(-1), a + b, rtol=2e-3)
 
 
 def test_combinations_of_figure_8() -> None:

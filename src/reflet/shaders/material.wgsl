@@ -1,5 +1,5 @@
 #import fresnel
-#import bilinear
+#import ggx_table
 #import env_map
 
 // Bind group 2 of `material_picture`: what a surface makes of the radiance that reaches it. Twin: reflet.reflectance.materials.material;
@@ -8,14 +8,13 @@
 //   binding  resource                     stages     contents
 //   0        uniform Material, 48 bytes   fragment
 //   1        texture_2d_array<f32>        fragment   the diffuse map, turned as the env map is
-//   2        texture_2d<f32>              fragment   A, B, lean and widening of GGX: columns by n·v, rows by
-//                                                   perceptual_roughness; or the axes of `lobes`
+//   2        texture_2d<f32>              fragment   that of `ggx_table`, or the axes of `lobes`
 
 struct Material {
-  specular: vec3f,  // a mirror's reflectance, Phong's specular share, GGX's f0, a metal's n
+  specular: vec3f,  // a mirror's reflectance, Phong's specular share, GGX's base colour, a metal's n
   kind: u32,        // MATERIAL_*
   diffuse: vec3f,   // albedo
-  index: f32,       // of refraction
+  index: f32,       // of refraction; GGX's metallic
   k: vec3f,         // of a metal
   perceptual_roughness: f32,
 }
@@ -27,6 +26,8 @@ const MATERIAL_COATED = 3u;
 const MATERIAL_CONDUCTOR = 4u;
 const MATERIAL_PHONG = 5u;
 const MATERIAL_GGX = 6u;
+
+const DIELECTRIC_F0 = vec3f(0.04);
 
 // The diffuse map's parameterization, and whether the material uses it.
 override DIFFUSE_KIND: u32 = 0u;
@@ -47,7 +48,7 @@ fn ggx_at(n_dot_v: f32) -> vec4f {
   if (material.kind != MATERIAL_GGX) {
     return vec4f(0.0);
   }
-  return bilinear(table, vec2f(n_dot_v, material.perceptual_roughness), true);
+  return ggx_entry(table, n_dot_v, material.perceptual_roughness);
 }
 
 // Of a surface of unit normal n that mirrors the viewer into the unit direction r. GGX's lobe leans towards the normal and is
@@ -69,8 +70,7 @@ fn specular_weight(n_dot_v: f32, ggx: vec4f) -> vec3f {
       return fresnel_conductor(material.specular, material.k, n_dot_v);
     }
     case MATERIAL_GGX: {
-      let f0 = material.specular;
-      return (f0 * ggx.x + ggx.y) * (1.0 + f0 * (1.0 / (ggx.x + ggx.y) - 1.0));
+      return mix(specular_albedo(DIELECTRIC_F0, ggx), specular_albedo(material.specular, ggx), material.index);
     }
     default: {
       return material.specular;
@@ -78,10 +78,13 @@ fn specular_weight(n_dot_v: f32, ggx: vec4f) -> vec3f {
   }
 }
 
-// Weight of the diffuse map, where the other one's is `specular`.
-fn diffuse_weight(specular: vec3f) -> vec3f {
-  if (material.kind == MATERIAL_COATED || material.kind == MATERIAL_GGX) {
+// Weight of the diffuse map, where the other one's is `specular`. Of what is partly metal the dielectric's share has its own.
+fn diffuse_weight(specular: vec3f, ggx: vec4f) -> vec3f {
+  if (material.kind == MATERIAL_COATED) {
     return material.diffuse * (1.0 - specular);
+  }
+  if (material.kind == MATERIAL_GGX) {
+    return material.diffuse * (1.0 - specular_albedo(DIELECTRIC_F0, ggx));
   }
   return material.diffuse;
 }
@@ -91,7 +94,7 @@ fn reflected(incident: vec3f, n: vec3f, n_dot_v: f32, ggx: vec4f) -> vec3f {
   let specular = specular_weight(n_dot_v, ggx);
   var radiance = specular * incident;
   if (DIFFUSES) {
-    radiance += diffuse_weight(specular) * sample_map(DIFFUSE_KIND, diffuse_map, 0, env_map.map_from_world * n, 0.0).rgb;
+    radiance += diffuse_weight(specular, ggx) * sample_map(DIFFUSE_KIND, diffuse_map, 0, env_map.map_from_world * n, 0.0).rgb;
   }
   return radiance;
 }

@@ -61,15 +61,9 @@ export function materialUniform(material: Material): ArrayBuffer {
       break;
     case "ggx": {
       const { baseColor, metallic, roughness } = material;
-      const of = (make: (channel: number) => number): Vec3 => [
-        make(baseColor[0]),
-        make(baseColor[1]),
-        make(baseColor[2]),
-      ];
-      set(
-        of((channel) => channel * metallic + 0.04 * (1 - metallic)),
-        of((channel) => channel * (1 - metallic)),
-      );
+      const [r, g, b] = baseColor;
+      set(baseColor, [r * (1 - metallic), g * (1 - metallic), b * (1 - metallic)]);
+      floats[7] = metallic;
       floats[11] = roughness;
       break;
     }

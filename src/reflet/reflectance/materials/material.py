@@ -25,7 +25,9 @@ Rgb = tuple[float, float, float]
 Cosine = Float[np.ndarray, "*batch"]
 Weights = tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3"]]
 
-_DFG_SIZE, _DFG_SAMPLES = 32, 1024
+_DFG_ROWS, _DFG_COLUMNS, _DFG_SAMPLES = 32, 48, 2048
+_LEAST_ROUGHNESS = 0.01  # alpha 1e-4: below, GGX is a mirror to float32
+DIELECTRIC_F0 = 0.04
 
 WHITE: Rgb = (1.0, 1.0, 1.0)
 BLACK: Rgb = (0.0, 0.0, 0.0)
@@ -169,8 +171,9 @@ class GlossyPhong(SurfaceMaterial):
 class GlossyGgx(SurfaceMaterial):
     """glTF's metallic-roughness material, by the split sum [Karis13] with energy compensation [Turquin19].
 
-    specular = (f0·A + B)·(1 + f0·(1/(A + B) - 1)), A and B from `dfg_table`, f0 as in CONVENTIONS.md; diffuse is what
-    that leaves of base_color·(1 - metallic), so that white keeps all light. All parameters lie in [0, 1].
+    It is a mixture, by metallic, of a metal of f0 = base_color and a dielectric of f0 = 0.04 over base_color. Of both
+    specular = (f0·A + B)·(1 + f0·(1/(A + B) - 1)), A and B from `dfg_table`; diffuse is what that leaves the
+    dielectric, so that white keeps all light. All parameters lie in [0, 1].
     """
 
     kind = 6
@@ -186,12 +189,6 @@ class GlossyGgx(SurfaceMaterial):
                 raise RefletError(f"A material's {name} lies between 0 and 1, not at {getattr(self, name)}.")
 
     @property
-    def f0(self) -> Rgb:
-        """Reflectance at normal incidence."""
-        r, g, b = (channel * self.metallic + 0.04 * (1.0 - self.metallic) for channel in self.base_color)
-        return r, g, b
-
-    @property
     def diffuse_color(self) -> Rgb:
         """base_color·(1 - metallic)."""
         r, g, b = (channel * (1.0 - self.metallic) for channel in self.base_color)
@@ -200,10 +197,10 @@ class GlossyGgx(SurfaceMaterial):
     def weights(self, n_dot_v: Cosine) -> Weights:
         """See the class."""
         table = dfg_lookup(n_dot_v, self.perceptual_roughness)
-        a, b = table[..., :1], table[..., 1:2]
-        f0 = np.asarray(self.f0)
-        specular = (f0 * a + b) * energy_compensation(f0, a + b)
-        return specular, (1.0 - specular) * np.asarray(self.diffuse_color)
+        dielectric = specular_albedo(np.full(3, DIELECTRIC_F0), table)
+        metal = specular_albedo(np.asarray(self.base_color), table)
+        specular = dielectric + self.metallic * (metal - dielectric)
+        return specular, (1.0 - dielectric) * np.asarray(self.diffuse_color)
 
     def lobe(self, n_dot_v: Cosine) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
         """(lean, perceptual_roughness) of the lookup, which is along normalize(mix(r, n, lean)); see `ggx_lobe`."""
@@ -211,35 +208,44 @@ class GlossyGgx(SurfaceMaterial):
         return table[..., 2], self.perceptual_roughness * table[..., 3]
 
 
-@cache
-def dfg_table() -> Float32[np.ndarray, "size size 4"]:
-    """A and B of the split sum, lean and widening of `ggx_lobe`; laid out as in `dfg_lut` but small.
+def specular_albedo(
+    f0: Float[np.ndarray, "*#batch 3"], table: Float[np.ndarray, "*#batch 4"]
+) -> Float[np.ndarray, "*#batch 3"]:
+    """Share of white light that GGX of this f0 reflects, with all that bounces between microfacets; of `dfg_lookup`."""
+    a, b = table[..., :1], table[..., 1:2]
+    return np.asarray((f0 * a + b) * energy_compensation(f0, a + b))
 
-    A and B are good to some thousandths.
+
+@cache
+def dfg_table() -> Float32[np.ndarray, "rows columns 4"]:
+    """A and B of the split sum, lean and widening of `ggx_lobe`, as half floats hold them.
+
+    Rows by perceptual_roughness, columns by √(n·v): B bends most near the horizon. Both run from 0 in the middle of the
+    first entry to 1 in the middle of the last; of (0, 0) A and B stand for a mirror and the horizon as nearly as `dfg`
+    can. Linear in between, f0·A + B is good to 3e-3 of itself.
     """
-    centre = (np.arange(_DFG_SIZE) + 0.5) / _DFG_SIZE
+    n_dot_v = np.maximum(np.linspace(0.0, 1.0, _DFG_COLUMNS), 0.01) ** 2
+    leaning = np.minimum(n_dot_v, 0.99)  # along the normal nothing leans: 0/0
     rows = [
-        np.hstack([dfg(centre, float(r * r), _DFG_SAMPLES), ggx_lobe(centre, float(r * r), _DFG_SAMPLES)])
-        for r in centre
+        np.hstack([dfg(n_dot_v, alpha, _DFG_SAMPLES), ggx_lobe(leaning, alpha)])
+        for alpha in np.maximum(np.linspace(0.0, 1.0, _DFG_ROWS), _LEAST_ROUGHNESS) ** 2
     ]
-    return np.stack(rows).astype(np.float32)
+    return np.stack(rows).astype(np.float16).astype(np.float32)
 
 
 def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: float) -> Float[np.ndarray, "*batch 4"]:
-    """`dfg_table`, bilinear, clamped at its edges, as the shader does it."""
+    """`dfg_table`, bilinear, for both in [0, 1], as shaders do it (`ggx_table.wgsl`)."""
     table = dfg_table().astype(np.float64)
-    size = len(table)
-    row, below, down = _taps(np.array([perceptual_roughness]), size)
-    column, right, across = _taps(np.asarray(n_dot_v, np.float64).ravel(), size)
+    row, below, down = _taps(np.array([perceptual_roughness]), len(table))
+    column, right, across = _taps(np.sqrt(np.ravel(n_dot_v)), table.shape[1])
     across, down = across[:, None], down[:, None]
     upper = table[row, column] * (1.0 - across) + table[row, right] * across
     lower = table[below, column] * (1.0 - across) + table[below, right] * across
-    value = upper * (1.0 - down) + lower * down
-    return value.reshape(*np.shape(n_dot_v), 4)
+    return np.asarray(upper * (1.0 - down) + lower * down).reshape(*np.shape(n_dot_v), 4)
 
 
 def _taps(at: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two neighbouring texels around a coordinate in [0, 1], and the second one's share."""
-    place = at * size - 0.5
-    low = np.floor(place).astype(int)
-    return np.clip(low, 0, size - 1), np.clip(low + 1, 0, size - 1), place - low
+    """Two neighbouring entries around a coordinate in [0, 1], and the second one's share."""
+    place = at * (size - 1)
+    low = np.minimum(np.floor(place).astype(int), size - 2)
+    return low, low + 1, place - low

@@ -232,7 +232,7 @@ def _fields(material: SurfaceMaterial) -> dict[str, Any]:
             return {"specular": n, "k": k}
         case GlossyPhong(_, specular, diffuse):
             return {"specular": specular, "diffuse": diffuse}
-        case GlossyGgx(_, _, roughness):
+        case GlossyGgx(color, metallic, roughness):
             diffuse = material.diffuse_color
-            return {"specular": material.f0, "diffuse": diffuse, "perceptual_roughness": roughness}
+            return {"specular": color, "diffuse": diffuse, "index": metallic, "perceptual_roughness": roughness}
     raise TypeError(f"{type(material).__name__} has no form on the device")

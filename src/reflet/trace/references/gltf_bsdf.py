@@ -12,9 +12,8 @@ all of it times 1 - c under a clear coat that adds c·D·V·n·l of its own roug
 light seen along the normal, 76 % at n·v = 0.1 (A + B of `reflet.reflectance.brdfs.dfg`). And its diffuse share depends
 on v·h, so that a smooth white dielectric reflects more than it gets at grazing angles. Therefore the BSDF by default is
 what our playback, `GlossyGgx`, draws: F·D·V gets the factor 1 + f0·(1/(A + B) - 1) [Turquin19], and diffuse is what the
-dielectric's albedo at n·v leaves. White then stays white, but reciprocity is lost. What is partly metal is a mixture of
-the two here, as glTF says, where `GlossyGgx` mixes f0 first. ``single_scattering`` takes appendix B to the letter. The
-coat has no such factor.
+dielectric's albedo at n·v leaves. White then stays white, but reciprocity is lost. ``single_scattering`` takes appendix
+B to the letter. The coat has no such factor.
 
 **Normals.** Normal maps and bent rays as in CONVENTIONS.md: see `GlossyLobe`. Diffuse light comes from above both the
 shading and the geometric normal.
@@ -193,7 +192,7 @@ def _register(variant: str) -> None:
 def _albedos() -> np.ndarray:
     """A and B of `dfg`, rows by perceptual_roughness and columns by √(n·v), from 0 to 1 at the outer texels' centres.
 
-    Finer than playback's `dfg_table`, which ends at roughness 0.984, where A + B is 6 % more than at 1.
+    Finer than playback's `dfg_table`.
     """
     place = np.linspace(0.0, 1.0, TABLE_SIZE)
     n_dot_v = np.maximum(place, 1e-3) ** 2
