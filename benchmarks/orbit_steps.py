@@ -6,8 +6,9 @@ Bakes the scene into FOLDER by default options, and the paper's way (a box, elli
 goes on with bakes that are there. The camera then passes those viewpoints. What changes from each frame to the next is
 compared with what changes in the ray-traced one, on the object's pixels of both: mean squares of the difference of
 differences, as display PSNR. All frames of the reference have the same random numbers in a pixel; what a second set of
-them makes of it is the noise. --video also writes FOLDER/orbit.webp, an endless loop: ray traced, traced, layered, and
-under each what is wrong with it, eight times as much.
+them makes of it is the noise. Beside them is the true light at just the samples of playback, 16 or 64 a pixel: calmer
+than this no map can make a picture but by blurring it. --video also writes FOLDER/orbit.webp, an endless loop: ray
+traced, traced, layered, and under each what is wrong with it, eight times as much.
 """
 
 import argparse
@@ -57,9 +58,12 @@ def frames(pems: dict[str, ParameterizedEnvironmentMap], cameras: list[Camera], 
     for camera in cameras:
         radiance, coverage = object_radiance(tracer.view(camera, spp=spp, sample_count=1, seed=1).layers)
         again, _ = object_radiance(tracer.view(camera, spp=spp, sample_count=1, seed=2).layers)
+        at_16, at_64 = (
+            object_radiance(tracer.view(camera, spp=count, sample_count=1, seed=None).layers)[0] for count in (16, 64)
+        )
         inside = (coverage > 0.5)[..., None]
         shown = {name: straight(each.frame(camera, what="object", samples=samples)) for name, each in renderers.items()}
-        pictures = {"reference": radiance, "noise": again, **shown}
+        pictures = {"reference": radiance, "noise": again, "true at 16": at_16, "true at 64": at_64, **shown}
         yield {name: np.where(inside, tone_map(picture), 0.0) for name, picture in pictures.items()} | {"in": inside}
 
 
@@ -82,7 +86,7 @@ def main() -> None:
     cameras = [orbit.camera({"azimuth_deg": first + STEP_DEG * step}) for step in range(asked.steps + 1)]
     samples = int(asked.samples) if asked.samples.isdigit() else asked.samples
 
-    wrong = dict.fromkeys(("traced", "layered", "noise"), SquaredError())
+    wrong = dict.fromkeys(("traced", "layered", "true at 16", "true at 64", "noise"), SquaredError())
     worst = dict.fromkeys(wrong, 0.0)
     film, before = [], None
     for now in frames(pems, cameras, asked.spp, samples):

@@ -92,3 +92,15 @@ def test_triangles_behind_the_camera_are_left_out_and_those_around_it_cover_all(
     view = camera((0, 0, 4), size=8)
     assert not covered_pixels(view, behind, triangle).any()
     assert covered_pixels(view, around, triangle).all()
+
+
+def test_layers_without_a_seed_are_those_of_the_very_same_samples() -> None:
+    what, view = two_balls(), camera((0, 0, 3.0), size=24)
+    traced = Tracer(what, irradiance=no_irradiance(what)).view(view, spp=16, sample_count=16, seed=None)
+    part = np.searchsorted(what.triangle_offsets, traced.visibility.triangle, side="right") - 1
+    pixels = view.width * view.height
+    seen = np.bincount(traced.visibility.pixel + pixels * part, minlength=pixels * len(what.parts))
+    layers = traced.layers
+    covered = np.zeros(seen.shape)
+    covered[layers.pixel + pixels * layers.part] = layers.coverage
+    assert np.array_equal(covered, (seen / 16.0).astype(np.float32))

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -155,12 +156,14 @@ class PemWriter:
             raise RefletError(f"{self.folder} lacks the maps of sample {missing[0]}; go on with the bake by --resume.")
         distant = [(number, layer) for number, layer in enumerate(layers) if layer.kind == "distant"] if base else []
         base_files = [layout.base_file(number, layer.name, self.codec) for number, layer in distant]
-        for file, env_map in zip(base_files, base, strict=True):
-            write_map(self.folder / file, env_map)
         coded = self.codec != "none"
-        if coded:
-            compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0)
-            scene, irradiance, on_hull, bvh = compact.scene, compact.irradiance, compact.on_hull, compact.bvh
+        with ThreadPoolExecutor() as pool:  # an encoder keeps one core busy, so does what makes meshes compact
+            paths = [self.folder / file for file in base_files]
+            written = pool.map(write_map, paths, base)
+            if coded:
+                compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0)
+                scene, irradiance, on_hull, bvh = compact.scene, compact.irradiance, compact.on_hull, compact.bvh
+            list(written)  # raises what went wrong
         surface = BufferWriter(layout.SURFACE_BUFFER)
         extension: dict[str, Any] = {
             "version": layout.VERSION,

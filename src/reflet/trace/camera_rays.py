@@ -6,20 +6,23 @@ import numpy as np
 from jaxtyping import Int32
 
 from reflet.scene.views.camera import Camera
+from reflet.scene.views.sample_pattern import sample_positions
 from reflet.trace.sampling import LANES, shifted_hammersley
 
 
 class CameraRays:
     """Camera rays of one picture. All that changes from view to view is opaque, so that kernels are compiled once."""
 
-    def __init__(self, camera: Camera, spp: int, seed: int = 0) -> None:
+    def __init__(self, camera: Camera, spp: int, seed: int | None = 0) -> None:
+        """``spp`` antialiasing samples a pixel, shifted for each by ``seed``; if None, they lie as in playback."""
         self.camera, self.spp = camera, spp
+        self.positions = None if seed is not None else mi.Point2f(*sample_positions(spp).T.astype(np.float32))
         self.eye = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in camera.position))
         self.corner, self.dx, self.dy = (
             mi.Vector3f(*(dr.opaque(mi.Float, float(c)) for c in axis)) for axis in camera.ray_basis()
         )
         self.width = dr.opaque(mi.UInt32, camera.width)
-        self.seed = dr.opaque(mi.UInt32, seed)
+        self.seed = dr.opaque(mi.UInt32, seed or 0)
         self.count = dr.opaque(mi.UInt32, spp)
 
     def direction(self, pixel, x, y):  # type: ignore[no-untyped-def]
@@ -34,6 +37,8 @@ class CameraRays:
         slot = lane // self.count
         sample = lane - slot * self.count
         pixel = dr.gather(mi.UInt32, mi.UInt32(pixels), slot)
+        if self.positions is not None:
+            return self.direction(pixel, *dr.gather(mi.Point2f, self.positions, sample))
         return self.direction(pixel, *shifted_hammersley(sample, self.count, pixel, self.seed))
 
     def batches(self, pixels: Int32[np.ndarray, "pixels"]) -> list[Int32[np.ndarray, "batch"]]:

@@ -23,18 +23,17 @@ CHANNELS = 16  # diffuse, fresnel, distant, local, combined (3 each), alpha; fou
 
 
 def segmented_layers(
-    device: DeviceScene, camera: Camera, spp: int, seed: int, surroundings: bool, shells: Sequence[Shells]
+    device: DeviceScene, camera: Camera, spp: int, seed: int | None, surroundings: bool, shells: Sequence[Shells]
 ) -> SegmentedLayers:
     """The layers of all reflective parts, at ``spp`` antialiasing samples a pixel.
 
     Samples are a shifted Hammersley set per pixel, from ``seed`` and the pixel alone: the same call gives the same
-    bytes in any process. Without ``surroundings`` that image is black and only the objects' pixels are traced.
-    ``shells`` divide the distant layer of each object.
-    Of glass the distant layer and alpha are those of the mirrored ray, as of a mirror; all that comes through it is
-    local light, over its reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly
-    shows, and what is inferred from the distant layer serves it like a mirror.
-    Implements [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or
-    through those that the device says.
+    bytes in any process; without a seed they are `sample_positions`. Without ``surroundings`` that image is black and
+    only the objects' pixels are traced. ``shells`` divide the distant layer of each object. Of glass the distant layer
+    and alpha are those of the mirrored ray, as of a mirror; all that comes through it is local light, over its
+    reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly shows, and what is
+    inferred from the distant layer serves it like a mirror. Implements [Hakura01, sec. 4]: the distant layer's mirrored
+    ray passes through all parts of its own object, or through those that the device says.
     """
     rays = CameraRays(camera, spp, seed)
     most = max(each.count for each in shells)

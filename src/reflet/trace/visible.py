@@ -7,12 +7,10 @@ from jaxtyping import Bool, Int32
 
 from reflet.scene.surfaces.visibility import Visibility
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.sample_pattern import sample_positions
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.footprint import covered_pixels
 from reflet.trace.light.radiance import arrive
-from reflet.trace.sampling import LANES
 
 NOTHING = 0xFFFFFFFF
 
@@ -31,21 +29,15 @@ def _covered(device: DeviceScene, camera: Camera, index: int) -> Bool[np.ndarray
 
 
 def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> Visibility:
-    """Which reflective triangle each sub-sample of the picture sees, at exactly the positions of `sample_positions`."""
-    pattern = sample_positions(sample_count).astype(np.float32)
-    px, py = mi.Float(pattern[:, 0]), mi.Float(pattern[:, 1])
+    """Which reflective triangle each sub-sample of the picture sees, at exactly the positions of playback."""
     covered = np.zeros((camera.height, camera.width), np.bool_)
     for index in range(len(device.scene.objects)):
         covered |= _covered(device, camera, index)
     pixels = np.flatnonzero(covered).astype(np.int32)
-    rays = CameraRays(camera, sample_count)
+    rays = CameraRays(camera, sample_count, seed=None)
     found = []
-    for start in range(0, len(pixels), LANES // sample_count):
-        batch = pixels[start : start + LANES // sample_count]
-        lane = dr.arange(mi.UInt32, len(batch) * sample_count)
-        pixel = dr.gather(mi.UInt32, mi.UInt32(batch), lane // sample_count)
-        sub = lane % sample_count
-        direction = rays.direction(pixel, dr.gather(mi.Float, px, sub), dr.gather(mi.Float, py, sub))
+    for batch in rays.batches(pixels):
+        direction = rays.antialiased(batch)
         hit = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
         surface, _ = arrive(device, hit.prim_index, hit.prim_uv, direction, mi.Bool(True), hit.is_valid())
         found.append(dr.select(surface.reflects, hit.prim_index, NOTHING).numpy())
