@@ -52,20 +52,25 @@ fn unit_ray_to(p: vec3f) -> vec3f {
   return normalize(p - frame.eye);
 }
 
-// Takes derivatives: call it first of all.
+// Takes derivatives: call it first of all. Drivers interpolate positions a little off their triangle, at sub-samples above all.
+// They are put back on it: else traced rays would start behind it, and meet it.
 fn interpolated_sample(in: Interpolated, front: bool) -> Sample {
   let p_x = dpdx(in.p);
   let p_y = dpdy(in.p);
-  let right = in.p + NEIGHBOUR_STEP * p_x;
-  let down = in.p + NEIGHBOUR_STEP * p_y;
-  let ray = unit_ray_to(in.p);
-  let ng = unit(cross(p_x, p_y), vec3f(0.0));
+  let corners = triangles[in.identity.x];
+  let corner = vertices[3u * corners.x].xyz;
+  let normal = unit(
+    cross(vertices[3u * corners.y].xyz - corner, vertices[3u * corners.z].xyz - corner), vec3f(0.0));
+  let p = in.p - dot(in.p - corner, normal) * normal;
+  let right = p + NEIGHBOUR_STEP * p_x;
+  let down = p + NEIGHBOUR_STEP * p_y;
+  let ray = unit_ray_to(p);
   return Sample(
-    Point(ray, in.p, in.normal, in.tangent, in.uv),
+    Point(ray, p, in.normal, in.tangent, in.uv),
     Point(unit_ray_to(right), right, in.normal + NEIGHBOUR_STEP * dpdx(in.normal),
           in.tangent + NEIGHBOUR_STEP * dpdx(in.tangent), in.uv + NEIGHBOUR_STEP * dpdx(in.uv)),
     Point(unit_ray_to(down), down, in.normal + NEIGHBOUR_STEP * dpdy(in.normal),
           in.tangent + NEIGHBOUR_STEP * dpdy(in.tangent), in.uv + NEIGHBOUR_STEP * dpdy(in.uv)),
-    in.b, in.identity.x, in.identity.y, select(ng, -ng, dot(ray, ng) > 0.0), !front,
+    in.b, in.identity.x, in.identity.y, select(normal, -normal, dot(ray, normal) > 0.0), !front,
     front || part_is(PART_DOUBLE_SIDED));
 }
