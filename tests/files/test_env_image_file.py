@@ -2,6 +2,7 @@
 
 import struct
 import warnings
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,10 @@ def test_six_files(tmp_path, names, suffix):
         tmp_path / "named" / f"Sky_{{face}}{suffix}",
         tmp_path / "named" / f"Sky_{names[4]}{suffix}",
     ):
-        np.testing.assert_allclose(read_env_image(path).texels, image.texels, rtol=0, atol=STEP[suffix])
+        doubted = pytest.warns(RefletWarning, match="0 1 2 3 4 5 are taken as px nx py ny pz nz")
+        with doubted if names[0] == "0" else nullcontext():
+            read = read_env_image(path)
+        np.testing.assert_allclose(read.texels, image.texels, rtol=0, atol=STEP[suffix])
         assert (file_facts(path).layout, file_facts(path).parameterization) == ("faces", CUBE)
 
 
@@ -284,7 +288,11 @@ def test_an_alpha_that_hides_everything_is_not_meant(tmp_path, suffix):
         image = EnvImage(LATLONG, np.ones((1, 4, 8, 4), np.float32))
     else:
         write_env_image(path, [image])
-    with pytest.warns(RefletWarning, match="has an alpha of 0 everywhere, which is left out; its colours are kept"):
+    in_8_bits = pytest.warns(RefletWarning, match="holds no radiance above 1: 100 %")
+    with (
+        pytest.warns(RefletWarning, match="has an alpha of 0 everywhere, which is left out; its colours are kept"),
+        in_8_bits if suffix == ".png" else nullcontext(),
+    ):
         read = read_env_image(path)
     np.testing.assert_allclose(read.texels, image.texels[..., :3], rtol=0, atol=STEP[suffix])
 

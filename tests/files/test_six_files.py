@@ -1,5 +1,6 @@
 """Six files by the names that tools give them, each set oriented as its tool has it."""
 
+from contextlib import nullcontext
 from functools import cache
 
 import numpy as np
@@ -71,7 +72,10 @@ def test_every_set_goes_on_over_its_edges(tmp_path, names, spelled):
         found = six_files(path, [".exr"]) or siblings_of(path, [".exr"])
         assert [file.stem for file in found.paths] == [f"sky_{spelled(name)}" for name in names]
         assert len(found.doubts) == (names[0] == "0")
-        np.testing.assert_array_equal(read_env_image(path).texels, court().texels)
+        doubted = pytest.warns(RefletWarning, match="0 1 2 3 4 5 are taken as px nx py ny pz nz")
+        with doubted if found.doubts else nullcontext():
+            read = read_env_image(path)
+        np.testing.assert_array_equal(read.texels, court().texels)
         assert file_facts(path).layout == "faces"
 
 

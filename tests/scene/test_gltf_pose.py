@@ -15,7 +15,7 @@ from gltf_files import (
     told,
 )
 
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.meshes.corners import face_normals
@@ -54,6 +54,12 @@ def skinned(joints, weights, inverse_bind=None):
     return gltf
 
 
+def posed(gltf, folder):
+    """The one mesh, of whose skin it is said how it is shown."""
+    with pytest.warns(RefletWarning, match="skins are shown in the pose that the file gives their joints"):
+        return only_mesh(gltf.read(folder))
+
+
 def test_a_skin_follows_its_joints_and_not_the_node_that_holds_it(tmp_path):
     """Corner 0 with the hip, corner 1 with the knee, corner 2 half with each; weights count by their share."""
     weights = [[2, 0, 0, 0], [0, 0.5, 0, 0], [3, 3, 0, 0]]
@@ -72,13 +78,13 @@ def test_further_joints_missing_matrices_and_weights_in_bytes(tmp_path):
     weights = np.array([[0, 0, 0, 0], [51, 0, 0, 0], [0, 0, 0, 0]], np.uint8)
     gltf.attribute("WEIGHTS_1", weights, "VEC4", UNSIGNED_BYTE)  # without "normalized", as some tools write them
     expected = [[1, 0, 0], [1, 1, 2], [1, 1, 0]]  # corner 2 has no weights and stays with its first joint
-    np.testing.assert_allclose(corners(only_mesh(gltf.read(tmp_path)))[0], expected, atol=1e-6)
+    np.testing.assert_allclose(corners(posed(gltf, tmp_path))[0], expected, atol=1e-6)
 
 
 def test_joints_that_mirror_turn_the_winding_and_the_frame(tmp_path):
     gltf = skinned([[0, 0, 0, 0]] * 3, [[1, 0, 0, 0]] * 3)
     gltf.json["nodes"][2]["scale"] = [-1, 2, 1]
-    mesh = only_mesh(gltf.read(tmp_path))
+    mesh = posed(gltf, tmp_path)
     front, _ = face_normals(corners(mesh).reshape(-1, 3))
     np.testing.assert_allclose(front, [[0, 0, 1]], atol=1e-6)
     np.testing.assert_allclose(mesh.normals, UP, atol=1e-6)
@@ -135,7 +141,7 @@ def test_morph_targets_move_before_joints_do(tmp_path):
     gltf.primitive["targets"] = [{"POSITION": gltf.accessor(np.float32([[1, 0, 0]] * 3), "VEC3")}]
     gltf.json["meshes"][0]["weights"] = [1]
     expected = [[1, 1, 2], [1, 2, 2], [0, 1, 2]]
-    np.testing.assert_allclose(corners(only_mesh(gltf.read(tmp_path)))[0], expected, atol=1e-6)
+    np.testing.assert_allclose(corners(posed(gltf, tmp_path))[0], expected, atol=1e-6)
 
 
 def test_every_instance_is_a_part_of_its_own(tmp_path):

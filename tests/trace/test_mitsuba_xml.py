@@ -1,6 +1,7 @@
 """Mitsuba's XML scenes."""
 
 import warnings
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,10 @@ def write(folder: Path, text: str) -> Path:
 def shapes(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("shapes")
     Image.fromarray(np.arange(24, dtype=np.uint8).reshape(2, 4, 3) * 10).save(folder / "card.png")
-    with pytest.warns(RefletWarning, match="Conductors reflect by Schlick.*: ball"):
+    with (
+        pytest.warns(RefletWarning, match="Conductors reflect by Schlick.*: ball"),
+        pytest.warns(RefletWarning, match="perfect mirrors whatever their roughness: ball"),
+    ):
         return read_mitsuba_xml(write(folder, SHAPES))
 
 
@@ -150,7 +154,8 @@ def test_environment_is_turned_to_the_projects_convention(tmp_path: Path) -> Non
     ],
 )
 def test_what_has_no_counterpart_is_one_sentence(tmp_path: Path, text: str, says: str) -> None:
-    with pytest.raises(RefletError, match=says) as caught:
+    left_out = pytest.warns(RefletWarning, match="Lights that mirrors cannot show are left out: point 1")
+    with left_out if "point" in text else nullcontext(), pytest.raises(RefletError, match=says) as caught:
         read_mitsuba_xml(write(tmp_path, text))
     assert "\n" not in str(caught.value)
 
