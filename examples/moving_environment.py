@@ -29,7 +29,7 @@ from reflet.report.measures import picture_srgb
 from reflet.scene.builtin.newell import PARTS
 from reflet.scene.builtin.solids import Solid, box, cone
 from reflet.scene.builtin.teapot import teapot_mesh
-from reflet.scene.material import MIRROR, EnvironmentLight, Material, Texture
+from reflet.scene.material import CLAMPS, MIRROR, EnvironmentLight, Material, Texture
 from reflet.scene.meshes.corners import weld
 from reflet.scene.meshes.primitives import sphere_mesh, torus_mesh
 from reflet.scene.meshes.tessellate import tessellated
@@ -66,7 +66,7 @@ def table() -> Part:
     pixels = np.where(squares[..., None] == 1, [[[225, 215, 195, 255]]], [[[70, 95, 120, 255]]]).astype(np.uint8)
     board = box((0.0, -0.02, 0.0), (2.4, 0.04, 2.4), 0)
     mesh = tessellated(weld(board.corners, board.normals, board.uv), 0.1)
-    texture = Texture(np.repeat(np.repeat(pixels, 32, 0), 32, 1), clamp=True)
+    texture = Texture(np.repeat(np.repeat(pixels, 32, 0), 32, 1), wraps=CLAMPS)
     return Part("table", mesh, Material("table", metallic=0.0, base_color_texture_srgb=texture))
 
 

@@ -12,7 +12,7 @@ from reflet.envmap.parameterizations.cube import AXES, CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.relief import Relief
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.scene.material import EnvironmentLight, Material, Texture
+from reflet.scene.material import CLAMPS, EnvironmentLight, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -41,7 +41,7 @@ def small_pem(
     bumps = np.full((4, 4, 4), (128, 128, 255, 255), "u1")
     bumps[::2, ::2, 0] = 140
     mirror = Material("mirror", base_color=(0.65, 0.6, 0.5), metallic=1.0, perceptual_roughness=0.0)
-    bumpy = Material("bumpy", (0.7, 0.7, 0.7), 1.0, 0.1, normal_texture=Texture(bumps, clamp=True), normal_scale=0.5)
+    bumpy = Material("bumpy", (0.7, 0.7, 0.7), 1.0, 0.1, normal_texture=Texture(bumps, wraps=CLAMPS), normal_scale=0.5)
     wall = Material("wall", metallic=0.0, base_color_texture_srgb=tiles)
     lamp = Material("lamp", base_color=(0.8, 0.8, 0.8), metallic=0.0, emission=(3.0, 2.9, 2.7), double_sided=True)
     parts = (

@@ -19,7 +19,7 @@ from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
 from reflet.report.table import pem_table
 from reflet.scene.bvh.build import build_bvh
-from reflet.scene.material import Material, Refraction
+from reflet.scene.material import Material, Refraction, Texture
 from reflet.scene.readers.gltf.read import read_gltf
 
 save_plain = partial(save_pem, codec="none")  # where every number comes back; test_compact.py: what is coded
@@ -74,6 +74,32 @@ def test_glass_comes_back(tmp_path, pem):
     assert [part.material.refraction for part in read][:2] == list(kinds)
     document = json.loads((tmp_path / "pem" / "scene.gltf").read_text())
     assert {"KHR_materials_emissive_strength", "KHR_materials_volume"} < set(document["extensionsUsed"])
+
+
+def test_looks_come_back(tmp_path, pem):
+    """Colours of vertices, further texture coordinates, and pictures that wrap: here, and as glTF readers see it."""
+    ball, *rest = pem.scene.parts
+    random = np.random.default_rng(2)
+    count = len(ball.mesh.positions)
+    colors, uv, second, third = (random.uniform(0, 1, (count, width)).astype(np.float32) for width in (4, 2, 2, 2))
+    pixels = random.integers(0, 255, (2, 3, 4)).astype(np.uint8)
+    texture = Texture(pixels, ("mirror", "clamp"))
+    material = replace(
+        ball.material, base_color_texture_srgb=texture, emission=(1.0, 1.0, 1.0),
+        metallic_roughness_texture=replace(texture, coordinates=2),
+        emission_texture_srgb=replace(texture, wraps=("clamp", "repeat"), coordinates=1),
+    )  # fmt: skip
+    ball = replace(ball, mesh=replace(ball.mesh, uv=uv, colors=colors, more_uv=(second, third)), material=material)
+    scene = replace(pem.scene, parts=(ball, *rest))
+    save_plain(tmp_path / "pem", replace(pem, scene=scene))
+    assert same(scene, open_pem(tmp_path / "pem").scene)
+    read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
+    assert same(read.mesh.colors, colors)
+    for name, written in material.textures.items():
+        if written is not None:
+            shown = read.material.textures[name]
+            assert shown.wraps == written.wraps
+            assert same(read.mesh.uv_set(shown.coordinates), ball.mesh.uv_set(written.coordinates))
 
 
 def test_the_tree_comes_back(tmp_path, pem):

@@ -19,7 +19,7 @@ from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import corners_of
 from reflet.scene.bvh.closest_hit import closest_hits
 from reflet.scene.bvh.nodes import refitted
-from reflet.scene.material import Material, Texture
+from reflet.scene.material import REPEATS, Material, Texture, Wrap
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
@@ -60,13 +60,26 @@ def with_uv(shape: Mesh, uv: np.ndarray) -> Mesh:
     return replace(shape, uv=uv.astype(np.float32), tangents=np.column_stack([tangents, handed]).astype(np.float32))
 
 
-def picture(seed: int, width: int, height: int, low: int = 0, high: int = 255, clamp: bool = False) -> Texture:
+def dressed(mesh: Mesh, uv: np.ndarray) -> Mesh:
+    """With further texture coordinates, and with colours."""
+    first = with_uv(mesh, uv)
+    random = np.random.default_rng(4).uniform(0.3, 1.0, (len(uv), 4)).astype(np.float32)
+    assert first.uv is not None
+    return replace(
+        first, more_uv=(first.uv * np.float32(0.7), first.uv * np.float32([2.0, -1.5]) + np.float32(0.2)), colors=random
+    )
+
+
+def picture(
+    seed: int, width: int, height: int, low: int = 0, high: int = 255, wraps: tuple[Wrap, Wrap] = REPEATS
+) -> Texture:
     pixels = np.random.default_rng(seed).integers(low, high, (height, width, 4)).astype(np.uint8)
-    return Texture(pixels, clamp)
+    return Texture(pixels, wraps)
 
 
 def all_kinds() -> tuple[Scene, IrradianceMap]:
-    """A ring around a ball and before a dish: all four textures, repeating and clamped; both sides, and black backs.
+    """A ring around a ball and before a dish: all four textures, wrapped in all ways, by further coordinates;
+    colours of vertices; both sides, and black backs.
     Beside them stands what does not reflect, with textures that say that it did, and a sheet seen from both sides."""
     ring, ball = torus_mesh(0.5, 0.17, around=40, sides=20), sphere(24, 48, 0.28)
     angles = np.random.default_rng(0).uniform(-0.4, 1.5, (len(ring.positions), 2))
@@ -74,8 +87,8 @@ def all_kinds() -> tuple[Scene, IrradianceMap]:
     bumps.pixels[..., 2] = 255
     painted = Material(
         "painted", (0.9, 0.8, 0.7), 0.8, 0.0, base_color_texture_srgb=picture(1, 6, 3),
-        metallic_roughness_texture=picture(2, 9, 4, clamp=True), emission=(0.5, 0.4, 2.0),
-        emission_texture_srgb=picture(4, 2, 8, clamp=True),
+        metallic_roughness_texture=replace(picture(2, 9, 4, wraps=("mirror", "clamp")), coordinates=2),
+        emission=(0.5, 0.4, 2.0), emission_texture_srgb=picture(4, 2, 8, wraps=("clamp", "repeat")),
     )  # fmt: skip
     bumpy = Material("bumpy", (0.6, 0.7, 0.8), 1.0, 0.0, normal_texture=bumps, normal_scale=0.4)
     both = Material("both", (0.5, 0.6, 0.5), 0.6, 0.0, double_sided=True, emission=(0.01, 0.02, 0.0))
@@ -87,13 +100,13 @@ def all_kinds() -> tuple[Scene, IrradianceMap]:
     dull = replace(painted, metallic=1.0, normal_texture=bumps, emission=(0.02, 0.1, 0.05))
     sheet = quad(np.array([(-0.3, 0.45, 0.3), (0.3, 0.45, 0.3), (0.3, 0.4, -0.3), (-0.3, 0.4, -0.3)]))
     matte = (
-        *(Part(f"bead {k}", with_uv(bead, np.abs(bead.normals[:, 1:])), dull) for k, bead in enumerate(beads)),
+        *(Part(f"bead {k}", dressed(bead, np.abs(bead.normals[:, 1:])), dull) for k, bead in enumerate(beads)),
         Part("sheet", moved(sheet, (0.8, 0.0, 0.0)), replace(both, metallic=1.0)),
         Part("flap", moved(sheet, (-0.8, 0.0, 0.0)), MIRROR),
     )
     parts = (
         matte[0],
-        Part("ring", with_uv(ring, angles), painted, True),
+        Part("ring", dressed(ring, angles), painted, True),
         Part("ball", with_uv(ball, np.abs(ball.normals[:, :2])), bumpy, True),
         Part("dish", dish, both, True),
         Part("lid", lid, MIRROR, True),

@@ -5,7 +5,7 @@ import io
 
 import numpy as np
 import pytest
-from gltf_files import FLOAT, TRIANGLE, UNSIGNED_BYTE, Gltf, only_mesh, png, read_and_told, told
+from gltf_files import TRIANGLE, Gltf, only_mesh, png, read_and_told, told
 from PIL import Image
 
 from reflet.errors import RefletError
@@ -72,37 +72,6 @@ def test_specular_glossiness_textures_are_converted_texel_by_texel(tmp_path):
     np.testing.assert_array_equal(other[0, :, 2], [255, 255, 0, 0])
 
 
-# -- colours of vertices -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", ["bytes", "bytes not marked as fractions", "floats"])
-def test_one_vertex_colour_is_a_factor(tmp_path, kind):
-    gltf = Gltf().attribute("POSITION", TRIANGLE).material(pbrMetallicRoughness={"baseColorFactor": [0.5, 1, 1, 1]})
-    if kind == "floats":
-        gltf.attribute("COLOR_0", np.float32([[0.5, 0.2, 0.0]] * 3), "VEC3", FLOAT)
-    else:
-        color = np.array([[255, 51, 0, 128]] * 3, np.uint8)
-        gltf.attribute("COLOR_0", color, "VEC4", UNSIGNED_BYTE, normalized=kind == "bytes")
-    parts, words = read_and_told(gltf, tmp_path)
-    expected = (0.25, 0.2, 0.0) if kind == "floats" else (0.5, 0.2, 0.0)
-    assert parts[0].material.base_color == pytest.approx(expected, abs=1e-7) and words == []  # float32
-
-
-def test_vertex_colours_that_vary_are_their_mean_and_unused_vertices_do_not_count(tmp_path):
-    points = np.concatenate([TRIANGLE, [[9, 9, 9]]]).astype(np.float32)
-    gltf = Gltf().attribute("POSITION", points).material(pbrMetallicRoughness={})
-    gltf.attribute("COLOR_0", np.float32([[1, 0, 0.5]] * 3 + [[0, 0, 0]]))
-    gltf.primitive["indices"] = gltf.accessor(np.array([0, 1, 2], np.uint8), "SCALAR", UNSIGNED_BYTE)
-    parts, words = read_and_told(gltf, tmp_path)
-    assert parts[0].material.base_color == (1.0, 0.0, 0.5) and words == []
-    gltf.primitive["attributes"]["COLOR_0"] = gltf.accessor(
-        np.float32([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]), "VEC3"
-    )
-    parts, words = read_and_told(gltf, tmp_path)
-    assert parts[0].material.base_color == pytest.approx((1 / 3, 1 / 3, 1 / 3))
-    assert words == ["a.gltf: vertex colours that vary are shown as their mean (1 of 1 primitives: a)."]
-
-
 # -- pictures ----------------------------------------------------------------------------------------------------------
 
 
@@ -156,31 +125,15 @@ def test_the_first_source_that_can_be_read_is_taken(tmp_path):
         assert parts[0].material.normal_texture.pixels[0, 0, 0] == expected and words == []
 
 
-@pytest.mark.parametrize(
-    ("wraps", "reach", "said"),
-    [
-        ((33648, 10497), 2, True),
-        ((33648, 33648), 1, False),
-        ((33071, 10497), 2, True),
-        ((33071, 33071), 2, False),
-        ((10497, 10497), 2, False),
-    ],
-)
-def test_pictures_that_repeat_in_ways_that_are_not_kept(tmp_path, wraps, reach, said):
-    gltf = Gltf().attribute("POSITION", TRIANGLE).attribute("TEXCOORD_0", reach * UV, "VEC2")
-    gltf.material(normalTexture={"index": gltf.texture(np.zeros((1, 1, 3), np.uint8))})
-    gltf.json["samplers"] = [{"wrapS": wraps[0], "wrapT": wraps[1]}]
-    gltf.json["textures"][0]["sampler"] = 0
-    parts, words = read_and_told(gltf, tmp_path)
-    assert parts[0].material.normal_texture.clamp == (wraps == (33071, 33071))
-    assert ["mirrored, or in one direction only" in word for word in words] == ([True] if said else [])
-
-
 def test_a_sampler_that_is_not_there_repeats(tmp_path):
     gltf = textured(normalTexture={"index": 0})
     gltf.texture(np.zeros((1, 1, 3), np.uint8))
     gltf.json["textures"][0]["sampler"] = 3
-    assert not gltf.read(tmp_path)[0].material.normal_texture.clamp
+    parts, (word,) = read_and_told(gltf, tmp_path)
+    assert parts[0].material.normal_texture.wraps == ("repeat", "repeat")
+    assert (
+        "textures whose sampler is not there repeat (1 of 1 textures: it refers to entry 3 of its 0 samplers)" in word
+    )
 
 
 def test_coordinates_that_are_missing_or_no_numbers(tmp_path):

@@ -207,7 +207,7 @@ def test_materials_that_share_a_lack_share_a_sentence(tmp_path):
     ("text", "expected"),
     [
         ("tex.png", {}),
-        ("-clamp on tex.png", {"clamp": True}),
+        ("-clamp on tex.png", {"wraps": ("clamp", "clamp")}),
         ("-clamp off tex.png", {}),
         ("-s 2 3 1 tex.png", {"scale": (2.0, 3.0)}),
         ("-s 2 tex.png", {"scale": (2.0, 1.0)}),
@@ -226,8 +226,8 @@ def test_materials_that_share_a_lack_share_a_sentence(tmp_path):
 )
 def test_options_before_the_name(text, expected):
     statement = parse_texture(text)
-    defaults = {"name": "tex.png", "scale": (1.0, 1.0), "offset": (0.0, 0.0), "clamp": False, "bump": 1.0,
-                "channel": "", "odd": ()}  # fmt: skip
+    defaults = {"name": "tex.png", "scale": (1.0, 1.0), "offset": (0.0, 0.0), "wraps": ("repeat", "repeat"),
+                "bump": 1.0, "channel": "", "odd": ()}  # fmt: skip
     assert {key: getattr(statement, key) for key in defaults} == defaults | expected
 
 
@@ -236,7 +236,7 @@ def test_textures_are_found_scaled_and_moved(tmp_path):
     part = silent_square(tmp_path, "newmtl m\nmap_Kd -s 2 3 1 -o .5 .25 0 C:\\proj\\maps\\brick wall.png\n")
     texture = part.material.base_color_texture_srgb
     np.testing.assert_array_equal(texture.pixels, np.broadcast_to(np.uint8([10, 20, 30, 255]), (3, 2, 4)))
-    assert part.material.base_color == (1.0, 1.0, 1.0) and not texture.clamp
+    assert part.material.base_color == (1.0, 1.0, 1.0) and texture.wraps == ("repeat", "repeat")
     u, v = part.mesh.positions[:, 0], part.mesh.positions[:, 1]  # the square's own (u, v), v upwards
     np.testing.assert_array_equal(part.mesh.uv, np.column_stack([2 * u + 0.5, 1 - (3 * v + 0.25)]))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reflet.scene.material import Material, Texture
+from reflet.scene.material import CLAMPS, REPEATS, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.surface import SMALLEST_CLIMB, gbuffer_from_visibility
@@ -119,11 +119,12 @@ def test_normal_maps_lean_along_tangent_and_bitangent(texel, expected) -> None: 
 
 
 def test_textures_are_filtered_bilinearly_and_repeat() -> None:
-    """A ramp of two texels over u: halfway between their centres the normal map is their mean."""
+    """A ramp of two texels over u: halfway between their centres the normal map is their mean; beyond the edge it goes
+    on with the other one, or with the same where it clamps or is mirrored."""
     pixels = np.zeros((1, 2, 4), np.uint8)
     pixels[0, :, :3] = [(100, 128, 255), (200, 128, 255)]
-    for clamp, across in ((False, 150.0), (True, 200.0)):
-        scene = floor_scene(normal_texture=Texture(pixels, clamp))
+    for wraps, across in ((REPEATS, 150.0), (CLAMPS, 200.0), (("mirror", "repeat"), 200.0)):
+        scene = floor_scene(normal_texture=Texture(pixels, wraps))
         for x_metres, red in ((0.0, 150.0), (0.999999, across)):
             eye = Camera((x_metres, 1.0, 1e-3), (x_metres, 0.0, 0.0), up=(0.0, 0.0, -1.0), width=1, height=1)
             direction = see(eye, scene, [0], triangle=1, sample_count=1)[0].lookups[0].direction[0, 0]

@@ -9,7 +9,7 @@ from trace_scenes import camera, constant_light, quad, scene, sphere
 
 from reflet.errors import RefletError, RefletWarning
 from reflet.reflectance.brdfs.dfg import dfg
-from reflet.scene.material import EnvironmentLight, Material, Refraction, Texture
+from reflet.scene.material import CLAMPS, EnvironmentLight, Material, Refraction, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
 from reflet.trace.references import path_reference
@@ -99,8 +99,8 @@ def test_textures_say_colour_roughness_and_metal() -> None:
     other[0, 0], other[0, 1] = (0, 255, 255, 255), (255, 0, 255, 255)
     other[1, 0], other[1, 1] = (0, 128, 255, 255), (0, 255, 0, 255)
     material = Material(
-        "four", (1.0, 0.5, 1.0), 0.9, 0.8, base_color_texture_srgb=Texture(color, True),
-        metallic_roughness_texture=Texture(other, True),
+        "four", (1.0, 0.5, 1.0), 0.9, 0.8, base_color_texture_srgb=Texture(color, CLAMPS),
+        metallic_roughness_texture=Texture(other, CLAMPS),
     )  # fmt: skip
     reference = PathReference(
         scene([plate(material)], [], constant_light(2.0)), materials="gltf", single_scattering=True

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from trace_scenes import CHROME, camera, constant_light, no_irradiance, quad, room, scene, sphere
 
-from reflet.scene.material import Material, Texture
+from reflet.scene.material import CLAMPS, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.trace import segmentation
@@ -96,7 +96,7 @@ def emitting_room_with_mirrors() -> Scene:
     walls = Material(
         "walls", base_color=(0, 0, 0), metallic=0.0, emission=(1.0, 0.8, 0.6), emission_texture_srgb=Texture(pixels)
     )
-    tinted = Material("gold", base_color=(0.9, 0.7, 0.3), metallic=1.0, base_color_texture_srgb=Texture(pixels, True))
+    tinted = Material("gold", base_color=(0.9, 0.7, 0.3), metallic=1.0, base_color_texture_srgb=Texture(pixels, CLAMPS))
     back = quad((-1.5, -1.2, -1.0), (3.0, 0, 0), (0, 2.4, 0.3))
     return scene(
         [
@@ -162,7 +162,7 @@ def test_textures_give_metal_and_base_colour_their_place() -> None:
     metal = np.zeros((1, 2, 4), np.uint8)
     metal[0, 0, 2] = 255
     material = Material(
-        "half", base_color_texture_srgb=Texture(color, True), metallic_roughness_texture=Texture(metal, True),
+        "half", base_color_texture_srgb=Texture(color, CLAMPS), metallic_roughness_texture=Texture(metal, CLAMPS),
         emission=(0.0, 0.25, 0.0),
     )  # fmt: skip
     plate = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0))

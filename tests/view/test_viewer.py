@@ -18,7 +18,7 @@ from small_pem import small_pem
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.pem.container import open_pem, save_pem
-from reflet.scene.material import Refraction, Texture
+from reflet.scene.material import CLAMPS, Refraction, Texture
 from reflet.scene.scene import Part
 from reflet.scene.views.parameter_space import Axis
 from reflet.view.server import viewer_server
@@ -92,7 +92,8 @@ def relief_pem():
 
 def traced_pem():
     """The small PEM, its balls painted, rays traced from one to the other, and to the lamp: it hangs low enough to be a
-    companion, with textures of which only its colour may count."""
+    companion, with textures of which only its colour may count. Vertices have colours and further texture coordinates,
+    and textures wrap in all ways."""
     pem = small_pem()
 
     def picture(seed, *size):
@@ -102,16 +103,31 @@ def traced_pem():
 
     ball, knob, room, lamp = pem.scene.parts
     painted = replace(
-        ball.material, metallic=0.9, base_color_texture_srgb=picture(1, 5, 9),
-        metallic_roughness_texture=replace(picture(2, 4, 4), clamp=True), emission=(0.1, 0.2, 0.0),
+        ball.material, metallic=0.9,
+        base_color_texture_srgb=replace(picture(1, 5, 9), wraps=("mirror", "repeat"), coordinates=2),
+        metallic_roughness_texture=replace(picture(2, 4, 4), wraps=CLAMPS, coordinates=1), emission=(0.1, 0.2, 0.0),
     )  # fmt: skip
     shining = replace(knob.material, emission=(0.5, 0.1, 0.1), emission_texture_srgb=picture(3, 3, 2))
     low = replace(lamp.mesh, positions=lamp.mesh.positions * np.float32(0.6))
     dull = replace(painted, metallic=1.0, double_sided=True)
-    parts = (replace(ball, material=painted), replace(knob, material=shining), room, Part("lamp", low, dull))
+    tiled = replace(room.material.base_color_texture_srgb, wraps=("clamp", "mirror"), coordinates=1)
+    parts = (
+        Part("ball", dressed(ball.mesh), painted, True),
+        replace(knob, mesh=dressed(knob.mesh), material=shining),
+        Part("room", dressed(room.mesh), replace(room.material, base_color_texture_srgb=tiled)),
+        Part("lamp", dressed(low), dull),
+    )
     out = replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
     assert out.companions == (3,)
     return out
+
+
+def dressed(mesh):
+    """With colours, and two further sets of texture coordinates that go beyond the pictures' edges."""
+    uv = mesh.uv if mesh.uv is not None else mesh.positions[:, :2].copy()
+    colors = np.random.default_rng(7).uniform(0.4, 1.0, (len(uv), 4)).astype(np.float32)
+    further = uv * np.float32(1.3) - np.float32(0.2), uv * np.float32([-1.5, 2.0]) + np.float32(0.1)
+    return replace(mesh, uv=uv, colors=colors, more_uv=further)
 
 
 def glass_pem():

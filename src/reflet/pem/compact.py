@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import meshopt
 import numpy as np
-from jaxtyping import Bool, Int, Int64, UInt32
+from jaxtyping import Bool, Float32, Int, Int64, UInt32
 
 from reflet.pem.mesh_codes import as_decoded, on_grid
 from reflet.pem.turned_colours import turned_colours
@@ -24,6 +24,7 @@ POSITION_BITS = 16
 object fills shows a hundredth of a step a pixel."""
 
 LEAST_BITS = 10  # of a part's own extent, however small it is
+COLOR_BITS = 14  # of a vertex colour: errors are a tenth of a step of 8 bits where sRGB has its finest
 UV_BITS = 16  # of a repeat: a sixteenth of a texel of a picture of 4096
 
 
@@ -94,25 +95,23 @@ def _exponents(scene: Scene) -> list[int]:
 
 def _rounded(part: Part, exponent: int) -> Part:
     material, mesh = part.material, part.mesh
-    textures = (
-        material.base_color_texture_srgb,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.emission_texture_srgb,
-    )
-    uv = mesh.uv if any(texture is not None for texture in textures) else None
-    if uv is not None:
-        largest = float(np.abs(uv).max(initial=0.0))
-        uv = on_grid(uv, max(-UV_BITS, int(np.ceil(np.log2(max(largest, 1.0)))) - 22))
+    textured = any(texture is not None for texture in material.textures.values())
     return replace(
         part,
         mesh=replace(
             mesh,
             positions=on_grid(mesh.positions, exponent),
-            uv=uv,
+            uv=_uv_on_grid(mesh.uv) if textured and mesh.uv is not None else None,
             tangents=None if material.normal_texture is None else mesh.tangents,
+            colors=None if mesh.colors is None else on_grid(mesh.colors, -COLOR_BITS),
+            more_uv=tuple(map(_uv_on_grid, mesh.more_uv)) if textured else (),
         ),
     )
+
+
+def _uv_on_grid(uv: Float32[np.ndarray, "vertices 2"]) -> Float32[np.ndarray, "vertices 2"]:
+    largest = float(np.abs(uv).max(initial=0.0))
+    return on_grid(uv, max(-UV_BITS, int(np.ceil(np.log2(max(largest, 1.0)))) - 22))
 
 
 def _cached_order(triangles: UInt32[np.ndarray, "triangles 3"]) -> Int64[np.ndarray, "triangles"]:
@@ -133,13 +132,7 @@ def _reordered(mesh: Mesh, order: Int[np.ndarray, "triangles"]) -> tuple[Mesh, I
     kept = used[np.argsort(first)]
     place = np.zeros(len(mesh.positions), np.uint32)
     place[kept] = np.arange(len(kept))
-    renumbered = Mesh(
-        positions=mesh.positions[kept],
-        normals=mesh.normals[kept],
-        triangles=place[triangles],
-        uv=None if mesh.uv is None else mesh.uv[kept],
-        tangents=None if mesh.tangents is None else mesh.tangents[kept],
-    )
+    renumbered = mesh.picked(kept, place[triangles])
     coded = as_decoded(renumbered)
     turned: Sequence[np.ndarray] = [
         (np.roll(renumbered.triangles, -turn, axis=1) == coded).all(axis=1) for turn in range(3)

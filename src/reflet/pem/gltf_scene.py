@@ -5,6 +5,7 @@ Plain meshes and all materials come back exactly as they were; coded meshes (`re
 cannot say: the vendor extension does (`reflet.pem.container`).
 """
 
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,8 @@ from reflet.files.pictures.png import decode_picture
 from reflet.pem.arrays import FLOAT, SHORT, UNSIGNED_INT, BufferWriter
 from reflet.pem.layout import SCENE, SCENE_BUFFER
 from reflet.pem.mesh_codes import Packed, packed_directions, packed_floats, packed_triangles
-from reflet.scene.material import Material, Refraction, Texture, Vec3
-from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.material import Material, Refraction, Texture, Vec3, Wrap
+from reflet.scene.meshes.mesh import MOST_UV, Mesh
 from reflet.scene.readers.gltf.accessors import Accessors
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.container import Container
@@ -33,7 +34,8 @@ MESHOPT, QUANTIZATION = "EXT_meshopt_compression", "KHR_mesh_quantization"
 WEBP = "EXT_texture_webp"
 IOR, TRANSMISSION, VOLUME = "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"
 _VERTEX_DATA, _INDICES = 34962, 34963
-_REPEAT, _CLAMP = 10497, 33071
+_WRAPS: dict[Wrap, int] = {"repeat": 10497, "clamp": 33071, "mirror": 33648}
+_MORE_UV = tuple(f"TEXCOORD_{number}" for number in range(1, MOST_UV))
 _PICTURES = {b"\x89PNG": "png", b"\xff\xd8": "jpg", b"RIFF": "webp"}
 _COMPONENTS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
@@ -76,8 +78,10 @@ def _read_mesh(accessors: Accessors, primitive: dict[str, Any]) -> Mesh:
         triangles=accessors.indices(primitive["indices"]).reshape(-1, 3),
         uv=floats("TEXCOORD_0", 2) if "TEXCOORD_0" in attributes else None,
         tangents=floats("TANGENT", 4) if "TANGENT" in attributes else None,
+        colors=floats("COLOR_0", 4) if "COLOR_0" in attributes else None,
+        more_uv=tuple(floats(name, 2) for name in _MORE_UV if name in attributes),
     )
-    arrays = (mesh.positions, mesh.normals, mesh.uv, mesh.tangents)
+    arrays = (mesh.positions, mesh.normals, mesh.uv, mesh.tangents, mesh.colors, *mesh.more_uv)
     counts = {len(array) for array in arrays if array is not None}
     if len(counts) > 1 or mesh.triangles.max(initial=0) >= len(mesh.positions):
         raise DamagedError("a mesh names vertices that it does not have")
@@ -101,7 +105,7 @@ class _SceneWriter:
             "bufferViews": [],
         }
         self.material_numbers: dict[int, int] = {}  # by identity: arrays do not compare cheaply
-        self.texture_numbers: dict[int, int] = {}
+        self.texture_numbers: dict[tuple[int, tuple[Wrap, Wrap]], int] = {}  # by their pixels' identity
 
     def write(self, scene: Scene) -> dict[str, Any]:
         for number, part in enumerate(scene.parts):
@@ -125,6 +129,9 @@ class _SceneWriter:
             attributes["TEXCOORD_0"] = self._floats(mesh.uv)
         if mesh.tangents is not None:
             attributes["TANGENT"] = self._directions(mesh.tangents)
+        if mesh.colors is not None:
+            attributes["COLOR_0"] = self._floats(mesh.colors)
+        attributes |= {name: self._floats(uv) for name, uv in zip(_MORE_UV, mesh.more_uv, strict=False)}
         if self.coded:
             view = self._packed_view(packed_triangles(mesh), _INDICES)
         else:
@@ -210,7 +217,8 @@ class _SceneWriter:
         return self.material_numbers.setdefault(id(material), len(self.document["materials"]) - 1)
 
     def _texture(self, texture: Texture) -> dict[str, int]:
-        if id(texture) not in self.texture_numbers:
+        key = id(texture.pixels), texture.wraps
+        if key not in self.texture_numbers:
             images = self.document.setdefault("images", [])
             data = texture.encoded or _png(texture)
             kind = next(kind for begin, kind in _PICTURES.items() if data.startswith(begin))
@@ -218,8 +226,8 @@ class _SceneWriter:
             atomic_write(self.folder / uri, data)
             images.append({"uri": uri})
             samplers = self.document.setdefault("samplers", [])
-            wrap = _CLAMP if texture.clamp else _REPEAT
-            sampler = {"magFilter": 9729, "minFilter": 9729, "wrapS": wrap, "wrapT": wrap}
+            along, across = (_WRAPS[wrap] for wrap in texture.wraps)
+            sampler = {"magFilter": 9729, "minFilter": 9729, "wrapS": along, "wrapT": across}
             if sampler not in samplers:
                 samplers.append(sampler)
             textures = self.document.setdefault("textures", [])
@@ -229,8 +237,9 @@ class _SceneWriter:
                 for which in ("extensionsUsed", "extensionsRequired"):
                     self.document[which] = sorted({*self.document.get(which, ()), WEBP})
             textures.append({**source, "sampler": samplers.index(sampler)})
-            self.texture_numbers[id(texture)] = len(textures) - 1
-        return {"index": self.texture_numbers[id(texture)]}
+            self.texture_numbers[key] = len(textures) - 1
+        coordinates = {"texCoord": texture.coordinates} if texture.coordinates else {}
+        return {"index": self.texture_numbers[key], **coordinates}
 
 
 def _png(texture: Texture) -> bytes:
@@ -267,10 +276,11 @@ def _read_refraction(extensions: dict[str, Any]) -> Refraction | None:
 def _read_texture(folder: Path, document: dict[str, Any], texture: dict[str, Any]) -> Texture:
     source = texture.get("extensions", {}).get(WEBP, texture)["source"]
     path = folder / document["images"][source]["uri"]
-    clamp = document["samplers"][texture["sampler"]]["wrapS"] == _CLAMP
+    sampler = document["samplers"][texture["sampler"]]
+    kinds = {code: wrap for wrap, code in _WRAPS.items()}
     try:
         data = path.read_bytes()
-        return Texture(decode_picture(data, str(path)), clamp, data)
+        return Texture(decode_picture(data, str(path)), (kinds[sampler["wrapS"]], kinds[sampler["wrapT"]]), 0, data)
     except (OSError, RefletError):
         raise RefletError(
             f"The texture {path} is missing or damaged; copy it again, or bake again into a new folder."
@@ -282,7 +292,10 @@ def _read_material(item: dict[str, Any], textures: list[Texture]) -> Material:
     strength = item.get("extensions", {}).get(EMISSIVE_STRENGTH, {}).get("emissiveStrength", 1.0)
 
     def texture(slot: dict[str, Any] | None) -> Texture | None:
-        return None if slot is None else textures[slot["index"]]
+        if slot is None:
+            return None
+        read = textures[slot["index"]]
+        return replace(read, coordinates=slot["texCoord"]) if "texCoord" in slot else read
 
     normal = item.get("normalTexture")
     return Material(

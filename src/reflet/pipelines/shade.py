@@ -92,12 +92,15 @@ def _parts(source: str | Path) -> list[Part]:
     return parts
 
 
-def own_material(material: Material) -> GlossyGgx:
-    """glTF's metallic-roughness material, by `GlossyGgx`: textures count as their mean, glow is left out."""
+def own_material(material: Material, colors: Float32[np.ndarray, "vertices 4"] | None = None) -> GlossyGgx:
+    """glTF's metallic-roughness material, by `GlossyGgx`: textures and the vertices' ``colors`` count as their mean,
+    glow is left out."""
     color, metallic, roughness = np.array(material.base_color), material.metallic, material.perceptual_roughness
     if material.base_color_texture_srgb is not None:
         pixels = material.base_color_texture_srgb.pixels
         color = color * LINEAR_FROM_SRGB[pixels[..., :3]].mean((0, 1))
+    if colors is not None:
+        color = color * colors[:, :3].mean(axis=0)
     if material.metallic_roughness_texture is not None:
         share = material.metallic_roughness_texture.pixels[..., 1:3].mean((0, 1)) / 255.0
         roughness, metallic = roughness * share[0], metallic * share[1]
@@ -223,12 +226,18 @@ def shade(
         if any(part.material.base_color_texture_srgb or part.material.metallic_roughness_texture for part in found):
             text = f"{Path(mesh).name} has textures, which are not honoured: their mean colour and roughness are shown."
             warnings.warn(text, RefletWarning, stacklevel=2)
+        if any(part.mesh.colors is not None and np.ptp(part.mesh.colors[:, :3], axis=0).any() for part in found):
+            text = f"{Path(mesh).name} has vertex colours that vary, which are not honoured: their mean is shown."
+            warnings.warn(text, RefletWarning, stacklevel=2)
         glass = [part.name for part in found if part.material.refraction is not None]
         if glass:
             listed = ", ".join(glass[:8]) + (", …" if len(glass) > 8 else "")
             text = f"Glass is shown opaque here: {listed}. It is seen through in what `reflet bake` makes."
             warnings.warn(text, RefletWarning, stacklevel=2)
-        parts = [ShadedPart(part.mesh, own_material(part.material), part.material.double_sided) for part in found]
+        parts = [
+            ShadedPart(part.mesh, own_material(part.material, part.mesh.colors), part.material.double_sided)
+            for part in found
+        ]
     orbit = frame_mesh(
         joined([part.mesh for part in parts]),
         azimuth_deg=azimuth_deg,

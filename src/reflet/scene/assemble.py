@@ -54,7 +54,8 @@ def assemble(
 def _checked(part: Part) -> Part | None:
     mesh = part.mesh
     for what, array in (("positions", mesh.positions), ("normals", mesh.normals), ("texture coordinates", mesh.uv),
-                        ("tangents", mesh.tangents)):  # fmt: skip
+                        ("tangents", mesh.tangents), ("colours", mesh.colors),
+                        *(("texture coordinates", uv) for uv in mesh.more_uv)):  # fmt: skip
         if array is not None and not np.isfinite(array).all():
             raise RefletError(f"Part {part.name} has {what} that are not finite numbers (NaN or infinite); repair it.")
     if not len(mesh.triangles):
@@ -77,12 +78,18 @@ def _checked(part: Part) -> Part | None:
         used = np.flatnonzero(seen)
         triangles = (np.cumsum(seen, dtype=np.uint32) - np.uint32(1))[triangles]
     positions = np.ascontiguousarray(mesh.positions[used], np.float32)
+
+    def kept_of(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else np.ascontiguousarray(values[used], np.float32)
+
     clean = Mesh(
         positions=positions,
         normals=_unit_normals(mesh.normals[used], positions, triangles),
         triangles=triangles,
-        uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[used], np.float32),
-        tangents=None if mesh.tangents is None else np.ascontiguousarray(mesh.tangents[used], np.float32),
+        uv=kept_of(mesh.uv),
+        tangents=kept_of(mesh.tangents),
+        colors=kept_of(mesh.colors),
+        more_uv=tuple(np.ascontiguousarray(uv[used], np.float32) for uv in mesh.more_uv),
     )
     return replace(part, mesh=clean)
 

@@ -1,24 +1,33 @@
 """Surface materials: glTF's metallic-roughness model, and glass."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 Vec3 = tuple[float, float, float]
+Wrap = Literal["repeat", "clamp", "mirror"]
+
+WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")  # in the order of their numbers on devices
+REPEATS: tuple[Wrap, Wrap] = ("repeat", "repeat")
+CLAMPS: tuple[Wrap, Wrap] = ("clamp", "clamp")
 
 
 @dataclass(frozen=True)
 class Texture:
-    """An 8-bit image, row 0 at the top; colour is sRGB where the material says so. Repeats in both directions unless
-    ``clamp``. Filtered bilinearly, without mip levels.
+    """An 8-bit image, row 0 at the top; colour is sRGB where the material says so. Filtered bilinearly, without mip
+    levels.
 
-    ``encoded`` is the PNG, JPEG or WebP file that it came as, where there was one that every viewer shows these pixels
-    of: scenes are written with it. It tells no texture from another.
+    ``wraps`` say how it goes on beyond its edges, along u and along v: "mirror" repeats it, every other time mirrored.
+    It is looked up by the mesh's texture coordinates number ``coordinates`` (`Mesh.uv_set`). ``encoded`` is
+    the PNG, JPEG or WebP file that it came as, where there was one that every viewer shows these pixels of: scenes are
+    written with it. It tells no texture from another.
     """
 
     pixels: UInt8[np.ndarray, "height width 4"]
-    clamp: bool = False
+    wraps: tuple[Wrap, Wrap] = REPEATS
+    coordinates: int = 0
     encoded: bytes | None = field(default=None, compare=False, repr=False)
 
 
@@ -72,6 +81,12 @@ class Material:
     normal_scale: float = 1.0
     emission_texture_srgb: Texture | None = None
     refraction: Refraction | None = None
+
+    @property
+    def textures(self) -> dict[str, Texture | None]:
+        """All of them, by the names of their fields."""
+        names = ("base_color_texture_srgb", "metallic_roughness_texture", "normal_texture", "emission_texture_srgb")
+        return {name: getattr(self, name) for name in names}
 
     def __post_init__(self) -> None:
         if self.refraction is not None:

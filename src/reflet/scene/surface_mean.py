@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Integer
 
+from reflet.scene.material import Wrap
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
 
@@ -28,13 +29,23 @@ def surface_points(mesh: Mesh, count: int) -> tuple[Integer[np.ndarray, "count"]
 def surface_mean(part: Part) -> tuple[float, float]:
     """Area-weighted mean of (metallic, perceptual_roughness) over a part, textures included."""
     material, texture = part.material, part.material.metallic_roughness_texture
-    if texture is None or part.mesh.uv is None:
+    coordinates = None if texture is None else part.mesh.uv_set(texture.coordinates)
+    if texture is None or coordinates is None:
         return material.metallic, material.perceptual_roughness
     triangle, weights = surface_points(part.mesh, _POINTS)
-    uv = np.einsum("pk,pki->pi", weights, part.mesh.uv[part.mesh.triangles[triangle]])
+    uv = np.einsum("pk,pki->pi", weights, coordinates[part.mesh.triangles[triangle]])
     height, width = texture.pixels.shape[:2]
-    uv = np.clip(uv, 0.0, 1.0) if texture.clamp else np.mod(uv, 1.0)
-    column = np.minimum((uv[:, 0] * width).astype(int), width - 1)
-    row = np.minimum((uv[:, 1] * height).astype(int), height - 1)
+    column = np.minimum((_within(uv[:, 0], texture.wraps[0]) * width).astype(int), width - 1)
+    row = np.minimum((_within(uv[:, 1], texture.wraps[1]) * height).astype(int), height - 1)
     mean = texture.pixels[row, column].mean(axis=0) / 255.0
     return material.metallic * float(mean[2]), material.perceptual_roughness * float(mean[1])
+
+
+def _within(coordinate: Float[np.ndarray, "points"], wrap: Wrap) -> Float[np.ndarray, "points"]:
+    """Where in a picture, from 0 to 1, a texture coordinate leads."""
+    if wrap == "clamp":
+        return np.clip(coordinate, 0.0, 1.0)
+    if wrap == "mirror":
+        there = np.mod(coordinate, 2.0)
+        return np.minimum(there, 2.0 - there)
+    return np.mod(coordinate, 1.0)

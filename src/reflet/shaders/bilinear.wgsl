@@ -1,17 +1,25 @@
 // Bilinear filtering by four loads: exact weights on every device, where texture units may round them to 8 bits.
 
-fn wrapped(i: vec2i, size: vec2i, clamps: bool) -> vec2i {
-  return select(((i % size) + size) % size, clamp(i, vec2i(0), size - 1), clamps);
+// How an image goes on beyond its edges: along u in the lowest two bits, along v in the next. 0 it repeats, 1 it clamps, 2 it
+// repeats mirrored.
+const CLAMPS = 5u;
+
+fn wrapped(i: vec2i, size: vec2i, wraps: u32) -> vec2i {
+  let period = 2 * size;
+  let there = ((i % period) + period) % period;
+  let kind = vec2u(wraps, wraps >> 2u) & vec2u(3u);
+  let mirrored = min(there, period - 1 - there);
+  return select(select(there % size, clamp(i, vec2i(0), size - 1), kind == vec2u(1u)), mirrored, kind == vec2u(2u));
 }
 
 // Level 0 of an image at uv (origin top left).
-fn bilinear(image: texture_2d<f32>, uv: vec2f, clamps: bool) -> vec4f {
+fn bilinear(image: texture_2d<f32>, uv: vec2f, wraps: u32) -> vec4f {
   let size = vec2i(textureDimensions(image));
   let at = uv * vec2f(size) - 0.5;
   let corner = floor(at);
   let w = at - corner;
-  let low = wrapped(vec2i(corner), size, clamps);
-  let high = wrapped(vec2i(corner) + 1, size, clamps);
+  let low = wrapped(vec2i(corner), size, wraps);
+  let high = wrapped(vec2i(corner) + 1, size, wraps);
   let top = mix(textureLoad(image, low, 0), textureLoad(image, vec2i(high.x, low.y), 0), w.x);
   let bottom = mix(textureLoad(image, vec2i(low.x, high.y), 0), textureLoad(image, high, 0), w.x);
   return mix(top, bottom, w.y);

@@ -17,7 +17,7 @@ fn point_at(t: Raster, at: vec2f, b: vec2f) -> Point {
     uv = vec2f(vertex_value(t.identity.x, 0u, b).w, vertex_value(t.identity.x, 1u, b).w);
     tangent = vec4f(vertex_value(t.identity.x, 2u, b).xyz, vertices[3u * triangles[t.identity.x].x + 2u].w);
   }
-  return Point(normalize(view_ray(at)), p, normal, tangent, uv);
+  return Point(normalize(view_ray(at)), p, normal, tangent, uv, t.identity.x, b);
 }
 
 // What one step adds. The step is a power of two: nothing is rounded.

@@ -2,7 +2,8 @@
 //
 //   binding  resource                         stages             contents
 //   0        uniform Frame, 1856 bytes        vertex, fragment   camera, sub-sample table, blended samples, switches
-//   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent)
+//   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent);
+//                                                                      behind them what some have besides, see `surface`
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
 //   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each

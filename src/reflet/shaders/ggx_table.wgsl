@@ -5,7 +5,7 @@
 
 fn ggx_entry(table: texture_2d<f32>, n_dot_v: f32, perceptual_roughness: f32) -> vec4f {
   let size = vec2f(textureDimensions(table));
-  return bilinear(table, (vec2f(sqrt(n_dot_v), perceptual_roughness) * (size - 1.0) + 0.5) / size, true);
+  return bilinear(table, (vec2f(sqrt(n_dot_v), perceptual_roughness) * (size - 1.0) + 0.5) / size, CLAMPS);
 }
 
 // Share of white light that GGX of this f0 reflects, with all that bounces between microfacets.

@@ -66,11 +66,13 @@ fn interpolated_sample(in: Interpolated, front: bool) -> Sample {
   let down = p + NEIGHBOUR_STEP * p_y;
   let ray = unit_ray_to(p);
   return Sample(
-    Point(ray, p, in.normal, in.tangent, in.uv),
+    Point(ray, p, in.normal, in.tangent, in.uv, in.identity.x, in.b),
     Point(unit_ray_to(right), right, in.normal + NEIGHBOUR_STEP * dpdx(in.normal),
-          in.tangent + NEIGHBOUR_STEP * dpdx(in.tangent), in.uv + NEIGHBOUR_STEP * dpdx(in.uv)),
+          in.tangent + NEIGHBOUR_STEP * dpdx(in.tangent), in.uv + NEIGHBOUR_STEP * dpdx(in.uv), in.identity.x,
+          in.b + NEIGHBOUR_STEP * dpdx(in.b)),
     Point(unit_ray_to(down), down, in.normal + NEIGHBOUR_STEP * dpdy(in.normal),
-          in.tangent + NEIGHBOUR_STEP * dpdy(in.tangent), in.uv + NEIGHBOUR_STEP * dpdy(in.uv)),
+          in.tangent + NEIGHBOUR_STEP * dpdy(in.tangent), in.uv + NEIGHBOUR_STEP * dpdy(in.uv), in.identity.x,
+          in.b + NEIGHBOUR_STEP * dpdy(in.b)),
     in.b, in.identity.x, in.identity.y, select(normal, -normal, dot(ray, normal) > 0.0), !front,
     front || part_is(PART_DOUBLE_SIDED));
 }

@@ -4,13 +4,13 @@
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
-//   0        uniform Part, 320 bytes                 fragment   geometries of its maps, material
+//   0        uniform Part, 336 bytes                 fragment   geometries of its maps, material
 //   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
 //   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
 //   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
 //   4        texture_2d<f32> rgba8unorm-srgb         fragment   emission, with mip levels (1x1 white if none)
-//   5        filtering sampler                       fragment   base colour: linear, repeating or clamping
-//   6        filtering sampler                       fragment   emission: linear, repeating or clamping
+//   5        filtering sampler                       fragment   base colour: linear, wrapping as its texture says
+//   6        filtering sampler                       fragment   emission: linear, wrapping as its texture says
 //   7        texture_cube_array<f32> rgba16float     fragment   distant cubes, a slot of shell_count cubes for each resident sample, and the base's
 //   8        texture_cube_array<f32> rgba16float     fragment   local cubes, the same samples in the same slots (1 black texel if none)
 //   9        filtering sampler                       fragment   cubes: linear in all three, clamping
@@ -20,7 +20,7 @@
 //
 // Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
 //   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 transmission
-//   300 padding   304 absorption   316 index
+//   300 padding   304 absorption   316 index   320 sampling   324 extras   328 padding
 
 struct Layer {
   geometry: Geometry,
@@ -43,6 +43,8 @@ struct Part {
   transmission: f32,  // of glass: the share of what is not reflected that goes through
   absorption: vec3f,  // of its inside, per metre
   index: f32,         // of refraction
+  sampling: u32,      // a byte for each texture: how it wraps (see `bilinear`); from bit 4 on its set of texture coordinates
+  extras: u32,        // where in `vertices` those of a vertex 0 would lie, see `surface`
 }
 
 const PART_REFLECTIVE = 1u;
@@ -52,19 +54,18 @@ const PART_BASE_COLOR_TEXTURE = 8u;
 const PART_METALLIC_ROUGHNESS_TEXTURE = 16u;
 const PART_NORMAL_TEXTURE = 32u;
 const PART_EMISSION_TEXTURE = 64u;
-const PART_BASE_COLOR_CLAMPS = 128u;
-const PART_METALLIC_ROUGHNESS_CLAMPS = 256u;
-const PART_NORMAL_CLAMPS = 512u;
+const PART_COLORS = 128u;         // its vertices have colours
+const PART_MORE_UV = 256u;        // ... and further texture coordinates
 const PART_METAL = 1024u;         // metallic throughout, or glass that is clear throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
-const PART_EMISSION_CLAMPS = 4096u;
 const PART_REFRACTIVE = 8192u;    // glass
 const PART_THIN = 16384u;         // glass without an inside
 const PART_TEXTURES = 120u;       // any of the four
 
-// Pipelines may be built for one setting of a part's bits, for its number of shells and for the kinds of its geometries and
+// Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and for the kinds of its geometries and
 // parameterizations, so that code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
+override PART_SAMPLING: u32 = 0xffffffffu;
 override SHELL_COUNT: u32 = 0xffffffffu;
 override DISTANT_KIND_0: f32 = -1.0;
 override DISTANT_KIND_1: f32 = -1.0;
@@ -89,4 +90,9 @@ override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 
 fn part_is(bit: u32) -> bool {
   return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
+}
+
+// A texture's byte of `sampling`: 0 base colour, 1 metallic-roughness, 2 normals, 3 emission.
+fn part_sampling(which: u32) -> u32 {
+  return (select(PART_SAMPLING, part.sampling, PART_SAMPLING == 0xffffffffu) >> (8u * which)) & 255u;
 }

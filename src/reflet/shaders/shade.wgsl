@@ -13,10 +13,11 @@ fn mirrors_of(s: Sample, n: vec3f) -> Mirrors {
     s.down.p, mirrored(s.down.ray, shading_normal(s.down, s.ng), s.ng), false);
 }
 
-// LOD of a picture texture of the given size, from the same neighbours as that of env maps.
-fn texture_lod(s: Sample, size: vec2u) -> f32 {
-  let right = s.right.uv - s.here.uv;
-  let down = s.down.uv - s.here.uv;
+// LOD of a picture texture of the given number and size, from the same neighbours as that of env maps.
+fn texture_lod(s: Sample, which: u32, size: vec2u) -> f32 {
+  let here = part_uv(which, s.here);
+  let right = part_uv(which, s.right) - here;
+  let down = part_uv(which, s.down) - here;
   let rho = max(length(right * vec2f(size)), length(down * vec2f(size)));
   return log2(max(rho / NEIGHBOUR_STEP, 1e-6)) + frame.texture_lod_bias;
 }
@@ -25,29 +26,29 @@ fn emission_at(s: Sample) -> vec3f {
   if (!part_is(PART_EMISSION_TEXTURE)) {
     return part.emission;
   }
-  let lod = texture_lod(s, textureDimensions(emission_texture));
-  return part.emission * textureSampleLevel(emission_texture, emission_sampler, s.here.uv, lod).rgb;
+  let lod = texture_lod(s, 3u, textureDimensions(emission_texture));
+  return part.emission * textureSampleLevel(emission_texture, emission_sampler, part_uv(3u, s.here), lod).rgb;
 }
 
 // Radiance of a surface that does not mirror.
 fn matte(s: Sample) -> vec3f {
-  var albedo = part.base_color;
+  var albedo = part.base_color * part_color(s.here).rgb;
   if (part_is(PART_BASE_COLOR_TEXTURE)) {
-    let lod = texture_lod(s, textureDimensions(base_color_texture));
-    albedo *= textureSampleLevel(base_color_texture, base_color_sampler, s.here.uv, lod).rgb;
+    let lod = texture_lod(s, 0u, textureDimensions(base_color_texture));
+    albedo *= textureSampleLevel(base_color_texture, base_color_sampler, part_uv(0u, s.here), lod).rgb;
   }
   return emission_at(s) + albedo * irradiance_over_pi(s.triangle, s.b, s.back);
 }
 
 // Radiance of a reflective part: E + F (L + (1 - alpha) D), and through glass (1 - F) of what it lets through.
 fn reflective(s: Sample) -> vec3f {
-  var base_color = part.base_color;
+  var base_color = part.base_color * part_color(s.here).rgb;
   var metallic = part.metallic;
   if (part_is(PART_BASE_COLOR_TEXTURE)) {
-    base_color *= bilinear(base_color_texture, s.here.uv, part_is(PART_BASE_COLOR_CLAMPS)).rgb;
+    base_color *= bilinear(base_color_texture, part_uv(0u, s.here), part_sampling(0u)).rgb;
   }
   if (part_is(PART_METALLIC_ROUGHNESS_TEXTURE)) {
-    metallic *= bilinear(metallic_roughness_texture, s.here.uv, part_is(PART_METALLIC_ROUGHNESS_CLAMPS)).b;
+    metallic *= bilinear(metallic_roughness_texture, part_uv(1u, s.here), part_sampling(1u)).b;
   }
   let n = shading_normal(s.here, s.ng);
   var shown = radiance_met(s, mirrors_of(s, n));

@@ -20,7 +20,9 @@ struct HitMaterial {
   emission: vec3f,
   normal_scale: f32,
   bits: u32,                  // PART_*
-  transmission: f32,          // of glass, as the following: see Part
+  transmission: f32,          // of glass: see Part, as of the following
+  sampling: u32,
+  extras: u32,
   absorption: vec3f,
   index: f32,
   pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
@@ -46,15 +48,20 @@ fn linear_from_srgb(c: vec4f) -> vec4f {
 }
 
 // A material's picture, bilinear; white where it has none.
-fn hit_picture(material: u32, which: u32, uv: vec2f, clamps: bool, srgb: bool) -> vec4f {
+fn hit_picture(material: u32, which: u32, point: Point, srgb: bool) -> vec4f {
+  let sampling = (hit_materials[material].sampling >> (8u * which)) & 255u;
+  var uv = point.uv;
+  if ((HIT_BITS & PART_MORE_UV) != 0u) {
+    uv = coordinates(sampling, hit_materials[material].extras, point);
+  }
   let place = hit_materials[material].pictures[which];
   let corner = vec2i(place.xy);
   let size = vec2i(i32(place.w & 0xffffu), i32(place.w >> 16u));
   let at = uv * vec2f(size) - 0.5;
   let low = floor(at);
   let w = at - low;
-  let first = corner + wrapped(vec2i(low), size, clamps);
-  let second = corner + wrapped(vec2i(low) + 1, size, clamps);
+  let first = corner + wrapped(vec2i(low), size, sampling);
+  let second = corner + wrapped(vec2i(low) + 1, size, sampling);
   var texels = array<vec4f, 4>(
     textureLoad(hit_pictures, first, place.z, 0), textureLoad(hit_pictures, vec2i(second.x, first.y), place.z, 0),
     textureLoad(hit_pictures, vec2i(first.x, second.y), place.z, 0), textureLoad(hit_pictures, second, place.z, 0));
@@ -104,7 +111,7 @@ fn on_plane(met: Met, p: vec3f, ray: vec3f) -> vec2f {
 
 fn met_point(met: Met, ray: vec3f, b: vec2f) -> Point {
   let normal_v = vertex_value(met.triangle, 1u, b);
-  var at = Point(ray, met.a + b.x * met.e1 + b.y * met.e2, normal_v.xyz, vec4f(0.0), vec2f(0.0));
+  var at = Point(ray, met.a + b.x * met.e1 + b.y * met.e2, normal_v.xyz, vec4f(0.0), vec2f(0.0), met.triangle, b);
   if ((HIT_BITS & PART_TEXTURES) != 0u) {
     at.uv = vec2f(vertex_value(met.triangle, 0u, b).w, normal_v.w);
     at.tangent = vec4f(
@@ -116,7 +123,7 @@ fn met_point(met: Met, ray: vec3f, b: vec2f) -> Point {
 fn met_normal(met: Met, at: Point) -> vec3f {
   var n = unit(at.normal, met.ng);
   if (hit_is(met.material, PART_NORMAL_TEXTURE)) {
-    let texel = hit_picture(met.material, 2u, at.uv, hit_is(met.material, PART_NORMAL_CLAMPS), false).xyz;
+    let texel = hit_picture(met.material, 2u, at, false).xyz;
     n = normal_mapped(n, at.tangent, texel, hit_materials[met.material].normal_scale, met.ng);
   }
   return select(n, -n, dot(n, met.ng) < 0.0);
@@ -163,16 +170,19 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   let glass = hit_is(met.material, PART_REFRACTIVE);
   var base_color = material.base_color;
   var metallic = material.metallic;
+  if (hit_is(met.material, PART_COLORS)) {
+    base_color *= extra_value(material.extras, material.bits, 0u, here).rgb;
+  }
   if (hit_is(met.material, PART_BASE_COLOR_TEXTURE)) {
-    base_color *= hit_picture(met.material, 0u, here.uv, hit_is(met.material, PART_BASE_COLOR_CLAMPS), true).rgb;
+    base_color *= hit_picture(met.material, 0u, here, true).rgb;
   }
   if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
-    metallic *= hit_picture(met.material, 1u, here.uv, hit_is(met.material, PART_METALLIC_ROUGHNESS_CLAMPS), false).b;
+    metallic *= hit_picture(met.material, 1u, here, false).b;
   }
   if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
     if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
-      emission *= hit_picture(met.material, 3u, here.uv, hit_is(met.material, PART_EMISSION_CLAMPS), true).rgb;
+      emission *= hit_picture(met.material, 3u, here, true).rgb;
     }
     if (!hit_is(met.material, PART_METAL)) {
       let share = select(1.0 - metallic, 1.0 - material.transmission, glass);

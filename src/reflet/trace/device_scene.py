@@ -11,6 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.scene.bounds import reach
+from reflet.scene.material import WRAPS
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 
@@ -47,6 +48,13 @@ class DeviceScene:
         self.tangents = _floats(
             _attribute([mesh.tangents for mesh in meshes], starts if self.has_normal_maps else starts[:1], 4)
         )
+        self.has_colors = any(mesh.colors is not None for mesh in meshes)
+        if self.has_colors:
+            colors = [mesh.colors if mesh.colors is not None else np.ones((len(mesh.positions), 4)) for mesh in meshes]
+            self.colors = _floats(np.concatenate(colors))
+        sets = range(max(len(mesh.more_uv) for mesh in meshes))
+        more = [[mesh.more_uv[k] if k < len(mesh.more_uv) else None for mesh in meshes] for k in sets]
+        self.more_uv = [_floats(_attribute(each, starts, 2)) for each in more]
         self._upload_materials()
         self._upload_environment()
         self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
@@ -111,8 +119,11 @@ class DeviceScene:
                 return NO_TEXTURE
             if id(texture) not in known:
                 height, width = texture.pixels.shape[:2]
+                along, across = map(WRAPS.index, texture.wraps)
                 known[id(texture)] = len(headers)
-                headers.append((sum(len(t) for t in texels), width, height, int(texture.clamp)))
+                headers.append(
+                    (sum(len(t) for t in texels), width, height, along | across << 2 | texture.coordinates << 4)
+                )
                 texels.append(np.ascontiguousarray(texture.pixels).view(np.uint32).ravel())
             return known[id(texture)]
 

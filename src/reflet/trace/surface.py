@@ -59,7 +59,10 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     q = [dr.gather(mi.Vector4f, device.normal_v, corners[k], valid) for k in range(3)]
     at = p[0] * b0 + p[1] * b1 + p[2] * b2
     bt = q[0] * b0 + q[1] * b1 + q[2] * b2
-    texcoord = mi.Point2f(at.w, bt.w)
+    texcoords = [mi.Point2f(at.w, bt.w)]
+    for table in device.more_uv:
+        q = [dr.gather(mi.Point2f, table, corners[k], valid) for k in range(3)]
+        texcoords.append(q[0] * b0 + q[1] * b1 + q[2] * b2)
     position = mi.Point3f(at.x, at.y, at.z)
     extent = dr.maximum(dr.max(dr.abs(position)), dr.max(dr.abs(mi.Vector3f(p[0].x, p[0].y, p[0].z))))
 
@@ -79,13 +82,17 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     metallic = color_metallic.w
     emission = mi.Color3f(emission_scale.x, emission_scale.y, emission_scale.z)
     normal = mi.Vector3f(bt.x, bt.y, bt.z)
+    if device.has_colors:
+        c = [dr.gather(mi.Vector4f, device.colors, corners[k], visible) for k in range(3)]
+        color = c[0] * b0 + c[1] * b1 + c[2] * b2
+        base_color *= mi.Color3f(color.x, color.y, color.z)
     if device.has_textures:
-        base_color *= _texture(device, slots.x, texcoord, visible, srgb=True)
-        metallic *= _texture(device, slots.y, texcoord, visible & (owner > 0), srgb=False).z
-        emission *= _texture(device, slots.w, texcoord, visible, srgb=True)
+        base_color *= _texture(device, slots.x, texcoords, visible, srgb=True)
+        metallic *= _texture(device, slots.y, texcoords, visible & (owner > 0), srgb=False).z
+        emission *= _texture(device, slots.w, texcoords, visible, srgb=True)
     smooth = _unit(normal, geometric)
     if device.has_normal_maps:
-        normal = _normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoord, emission_scale.w, visible)
+        normal = _normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoords, emission_scale.w, visible)
     normal = _unit(normal, geometric)
     normal = dr.select(dr.dot(normal, geometric) < 0.0, -normal, normal)
 
@@ -191,25 +198,29 @@ def sky_lookup(device: DeviceScene, table, direction, active):  # type: ignore[n
     return dr.lerp(top, bottom, y - fy)
 
 
-def _texture(device: DeviceScene, slot, uv, active, srgb: bool):  # type: ignore[no-untyped-def]
-    """Bilinear lookup in linear values; white where a lane has no texture."""
+def _texture(device: DeviceScene, slot, texcoords, active, srgb: bool):  # type: ignore[no-untyped-def]
+    """Bilinear lookup in linear values by the texture's own coordinates; white where a lane has no texture."""
     active = active & (slot != NO_TEXTURE)
     header = dr.gather(mi.Vector4u, device.texture_headers, slot, active)
     width, height = mi.Int32(dr.maximum(header.y, 1)), mi.Int32(dr.maximum(header.z, 1))
-    clamp = header.w != 0
+    uv = texcoords[0]
+    for number, other in enumerate(texcoords[1:], 1):
+        uv = dr.select((header.w >> 4) == number, other, uv)
 
-    def axis(coordinate, size):  # type: ignore[no-untyped-def]
-        wrapped = dr.select(clamp, dr.clip(coordinate, 0.0, 1.0), coordinate - dr.floor(coordinate))
-        x = wrapped * size - 0.5
+    def axis(coordinate, size, wrap):  # type: ignore[no-untyped-def]
+        repeats = wrap == 0
+        wrapped = dr.select(repeats, coordinate - dr.floor(coordinate), dr.clip(coordinate, 0.0, 1.0))
+        mirrored = dr.abs(coordinate - 2.0 * dr.floor(0.5 * coordinate + 0.5))
+        x = dr.select(wrap == 2, mirrored, wrapped) * size - 0.5
         low = mi.Int32(dr.floor(x))
         high = low + 1
         fraction = x - low
-        low = dr.select(low < 0, dr.select(clamp, 0, size - 1), low)
-        high = dr.select(high >= size, dr.select(clamp, size - 1, 0), high)
+        low = dr.select(low < 0, dr.select(repeats, size - 1, 0), low)
+        high = dr.select(high >= size, dr.select(repeats, 0, size - 1), high)
         return low, high, fraction
 
-    x0, x1, fx = axis(uv.x, width)
-    y0, y1, fy = axis(uv.y, height)
+    x0, x1, fx = axis(uv.x, width, header.w & 3)
+    y0, y1, fy = axis(uv.y, height, (header.w >> 2) & 3)
 
     def texel(x, y):  # type: ignore[no-untyped-def]
         packed = dr.gather(mi.UInt32, device.texels, header.x + mi.UInt32(y * width + x), active)
@@ -222,7 +233,7 @@ def _texture(device: DeviceScene, slot, uv, active, srgb: bool):  # type: ignore
     return dr.select(active, value, 1.0)
 
 
-def _normal_mapped(device, corners, barycentrics, normal, slot, uv, scale, active):  # type: ignore[no-untyped-def]
+def _normal_mapped(device, corners, barycentrics, normal, slot, texcoords, scale, active):  # type: ignore[no-untyped-def]
     """The interpolated normal turned by a tangent-space normal map as glTF says; unit bitangent cross(n, t)·w."""
     active = active & (slot != NO_TEXTURE)
     tangent, handedness = mi.Vector4f(0.0), mi.Float(1.0)
@@ -233,6 +244,6 @@ def _normal_mapped(device, corners, barycentrics, normal, slot, uv, scale, activ
     along = dr.normalize(mi.Vector3f(tangent.x, tangent.y, tangent.z))
     n = dr.normalize(normal)
     across = dr.cross(n, along) * handedness
-    local = _texture(device, slot, uv, active, srgb=False) * 2.0 - 1.0
+    local = _texture(device, slot, texcoords, active, srgb=False) * 2.0 - 1.0
     mapped = along * (local.x * scale) + across * (local.y * scale) + n * local.z
     return dr.select(active, mapped, normal)

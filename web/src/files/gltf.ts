@@ -5,11 +5,17 @@ import { type Bounds, union, type Vec3 } from "../maths/vectors";
 import { type ArrayDescription, type ArrayOf, arrayOf, type NumberArray } from "./arrays";
 import { fractions, type PackedView, unpacked } from "./packed-views";
 
-const CLAMP_TO_EDGE = 33071;
+/** How a picture goes on beyond its edges, in the order of the shaders' numbers; and glTF's. */
+export const WRAPS = ["repeat", "clamp", "mirror"] as const;
+export type Wrap = (typeof WRAPS)[number];
+const WRAP_CODES = [10497, 33071, 33648];
 
 export interface PictureTexture {
   readonly image: ImageBitmap;
-  readonly clamp: boolean;
+  /** Along u and along v. */
+  readonly wraps: readonly [Wrap, Wrap];
+  /** Which of the mesh's sets of texture coordinates it is looked up by. */
+  readonly coordinates: number;
 }
 
 /** What lets light through: twin of reflet.scene.material.Refraction. */
@@ -42,6 +48,10 @@ export interface Part {
   readonly indices: Uint32Array;
   readonly uv: Float32Array | undefined;
   readonly tangents: Float32Array | undefined;
+  /** Linear red, green, blue and alpha, which the base colour is multiplied by. */
+  readonly colors: Float32Array | undefined;
+  /** Further sets of texture coordinates, numbered from 1. */
+  readonly moreUv: readonly Float32Array[];
   readonly bounds: Bounds;
 }
 
@@ -53,6 +63,7 @@ export const reflectiveBounds = ({ parts }: { readonly parts: readonly Part[] })
 
 interface TextureSlot {
   index: number;
+  texCoord?: number;
   scale?: number;
 }
 
@@ -78,7 +89,7 @@ interface Document {
   bufferViews: { buffer: number; byteOffset: number; extensions?: { EXT_meshopt_compression?: PackedView } }[];
   buffers: { uri: string }[];
   images?: { uri: string }[];
-  samplers?: { wrapS: number }[];
+  samplers?: { wrapS: number; wrapT: number }[];
   textures?: { source?: number; sampler: number; extensions?: { EXT_texture_webp?: { source: number } } }[];
   materials: {
     pbrMetallicRoughness: {
@@ -96,6 +107,7 @@ interface Document {
   extensions?: Record<string, unknown>;
 }
 
+const MORE_UV = ["TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"];
 const COMPONENTS: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
 /** Fetches a file; rejects with one sentence. */
@@ -178,7 +190,8 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
   const images = await Promise.all((gltf.images ?? []).map((image) => files.image(image.uri)));
   const textures = (gltf.textures ?? []).map((texture) => ({
     image: at(images, texture.extensions?.EXT_texture_webp?.source ?? texture.source ?? -1),
-    clamp: gltf.samplers?.[texture.sampler]?.wrapS === CLAMP_TO_EDGE,
+    wraps: wrapsOf(gltf.samplers?.[texture.sampler]),
+    coordinates: 0,
   }));
   const materials = gltf.materials.map((item) => readMaterial(item, textures));
   const accessor = async <T extends NumberArray>(type: ArrayOf<T>, number: number): Promise<T | Float32Array> => {
@@ -210,6 +223,8 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
         indices: (await accessor(Uint32Array, indices)) as Uint32Array,
         uv: await floats("TEXCOORD_0"),
         tangents: await floats("TANGENT"),
+        colors: await floats("COLOR_0"),
+        moreUv: (await Promise.all(MORE_UV.map(floats))).filter((uv) => uv !== undefined),
         bounds: { lower: vec3(min as number[]), upper: vec3(max as number[]) },
       };
     }),
@@ -219,7 +234,8 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
 function readMaterial(item: Document["materials"][number], textures: PictureTexture[]): Material {
   const surface = item.pbrMetallicRoughness;
   const strength = item.extensions?.KHR_materials_emissive_strength?.emissiveStrength ?? 1;
-  const texture = (slot: TextureSlot | undefined) => (slot === undefined ? undefined : textures[slot.index]);
+  const texture = (slot: TextureSlot | undefined): PictureTexture | undefined =>
+    slot && { ...at(textures, slot.index), coordinates: slot.texCoord ?? 0 };
   return {
     baseColor: vec3(surface.baseColorFactor),
     metallic: surface.metallicFactor,
@@ -246,6 +262,11 @@ function readRefraction(extensions: MaterialExtensions): Refraction | undefined 
     absorption: vec3(attenuationColor.map((c) => Math.log(1 / Math.max(c, LEAST_ATTENUATION)) / attenuationDistance)),
     thin: volume === undefined,
   };
+}
+
+function wrapsOf(sampler: { wrapS: number; wrapT: number } | undefined): [Wrap, Wrap] {
+  const wrap = (code: number | undefined) => WRAPS[WRAP_CODES.indexOf(code ?? 10497)] ?? "repeat";
+  return [wrap(sampler?.wrapS), wrap(sampler?.wrapT)];
 }
 
 function at<T>(items: readonly T[], index: number): T {

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 import wgpu
 
-from reflet.render.device.textures import upload_picture
+from reflet.render.device.textures import ADDRESS_MODES, upload_picture
 from reflet.render.meshes.device_mesh import VERTEX_BUFFERS, DeviceMesh, depth_state
-from reflet.scene.material import Material, Texture
-from reflet.scene.scene import Scene
+from reflet.scene.material import REPEATS, Texture
+from reflet.scene.scene import Part, Scene
 from reflet.scene.sky_light import SkyLight
 from reflet.shaders.link import link
 
@@ -21,7 +21,8 @@ _UNIFORM = np.dtype(
 
 
 class MatteScene:
-    """Draws parts with the transforms of bind group 0, in their order; base colours count as albedo, metals' too."""
+    """Draws parts with the transforms of bind group 0, in their order; base colours count as albedo, metals' too.
+    Colours of vertices count as their mean, and all textures are looked up by the meshes' first coordinates."""
 
     def __init__(
         self, device: wgpu.GPUDevice, scene: Scene, light: SkyLight, view_layout: wgpu.GPUBindGroupLayout
@@ -32,7 +33,7 @@ class MatteScene:
         self._module = device.create_shader_module(code=link("matte.wgsl"))
         self._pipelines: dict[tuple[str, str], wgpu.GPURenderPipeline] = {}
         self._meshes = [DeviceMesh(device, part.mesh) for part in scene.parts]
-        self._groups = [self._group(part.material, light) for part in scene.parts]
+        self._groups = [self._group(part, light) for part in scene.parts]
 
     def draw(
         self,
@@ -63,9 +64,12 @@ class MatteScene:
             )
         return self._pipelines[texture_format, onto]
 
-    def _group(self, material: Material, light: SkyLight) -> wgpu.GPUBindGroup:
+    def _group(self, part: Part, light: SkyLight) -> wgpu.GPUBindGroup:
+        material, colors = part.material, part.mesh.colors
         uniform = np.zeros((), _UNIFORM)
         uniform["base_color"], uniform["double_sided"] = material.base_color, material.double_sided
+        if colors is not None:
+            uniform["base_color"] *= colors[:, :3].mean(axis=0)
         for name, value in (
             ("emission", material.emission), ("sky", light.sky), ("ground", light.ground),
             ("sun", light.sun), ("towards_sun", light.towards_sun),
@@ -83,9 +87,9 @@ class MatteScene:
     def _picture(self, texture: Texture | None) -> tuple[wgpu.GPUTextureView, wgpu.GPUSampler]:
         pixels = np.full((1, 1, 4), 255, np.uint8) if texture is None else texture.pixels
         picture = upload_picture(self._device, pixels, "rgba8unorm-srgb", mip_mapped=True)
-        mode = "clamp-to-edge" if texture is not None and texture.clamp else "repeat"
+        u, v = (ADDRESS_MODES[wrap] for wrap in (REPEATS if texture is None else texture.wraps))
         sampler = self._device.create_sampler(
-            address_mode_u=mode, address_mode_v=mode, mag_filter="linear", min_filter="linear", mipmap_filter="linear"
+            address_mode_u=u, address_mode_v=v, mag_filter="linear", min_filter="linear", mipmap_filter="linear"
         )
         return picture.create_view(), sampler
 

@@ -12,7 +12,10 @@ from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
+from reflet.scene.material import Wrap
 from reflet.shaders.link import link
+
+ADDRESS_MODES: dict[Wrap, str] = {"repeat": "repeat", "clamp": "clamp-to-edge", "mirror": "mirror-repeat"}
 
 _USAGE = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
 

@@ -46,10 +46,13 @@ def drawn_directions(
     return out
 
 
-def hit_materials(device: wgpu.GPUDevice, met: Sequence[Part]) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
-    """`HIT_MATERIAL` of parts, the texture that holds their pictures, and all bits that any of them has."""
+def hit_materials(
+    device: wgpu.GPUDevice, met: Sequence[Part], extras: Sequence[int]
+) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
+    """`HIT_MATERIAL` of parts, whose vertices' extras lie at ``extras``, the texture that holds their pictures, and all
+    bits that any of them has."""
     parts = [part if part.reflective else _matte(part) for part in met]
-    pictures: dict[int, Texture] = {id(it): it for part in parts for it in pictures_of(part) if it is not None}
+    pictures: dict[int, Texture] = {id(it.pixels): it for part in parts for it in pictures_of(part) if it is not None}
     sizes = [picture.pixels.shape[1::-1] for picture in pictures.values()]
     atlas = atlas_of(sizes)
     check_size(device, *atlas.size[:2], "A texture")
@@ -61,11 +64,11 @@ def hit_materials(device: wgpu.GPUDevice, met: Sequence[Part]) -> tuple[np.ndarr
         layout = {"bytes_per_row": 4 * width, "rows_per_image": height}
         device.queue.write_texture({"texture": texture, "origin": place}, pixels, layout, (width, height, 1))
     out = np.zeros(max(len(parts), 1), HIT_MATERIAL)  # a binding may not be empty
-    for entry, part in zip(out, parts, strict=False):
-        fill_material(entry, part)
+    for entry, part, its_extras in zip(out, parts, extras, strict=False):
+        fill_material(entry, part, its_extras)
         for k, picture_or_none in enumerate(pictures_of(part)):
             if picture_or_none is not None:
-                entry["pictures"][k] = place_of[id(picture_or_none)]
+                entry["pictures"][k] = place_of[id(picture_or_none.pixels)]
     return out, texture, int(np.bitwise_or.reduce(out["bits"], initial=METAL))
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from reflet.envmap.geometry import pack
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer
-from reflet.scene.material import Texture
+from reflet.scene.material import WRAPS, Texture
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
@@ -26,8 +26,8 @@ TRIANGLE_ON_HULL = 1
 
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
-BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS = 128, 256, 512
-METAL, OFF_HULL, EMISSION_CLAMPS, REFRACTIVE, THIN = 1024, 2048, 4096, 8192, 16384
+COLORS, MORE_UV = 128, 256
+METAL, OFF_HULL, REFRACTIVE, THIN = 1024, 2048, 8192, 16384
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -48,13 +48,14 @@ PART = np.dtype(
         ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
         ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"),
         ("transmission", "f4"), ("padding", "u4"), ("absorption", "f4", 3), ("index", "f4"),
+        ("sampling", "u4"), ("extras", "u4"), ("more_padding", "u4", 2),
     ]
 )  # fmt: skip
 HIT_MATERIAL = np.dtype(
     [
         ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
-        ("bits", "u4"), ("transmission", "f4"), ("padding", "u4", 2), ("absorption", "f4", 3), ("index", "f4"),
-        ("pictures", "u4", (4, 4)),
+        ("bits", "u4"), ("transmission", "f4"), ("sampling", "u4"), ("extras", "u4"),
+        ("absorption", "f4", 3), ("index", "f4"), ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
 
@@ -113,8 +114,9 @@ def base_state(share: float) -> int:
     return int(share > 0.0) + int(share >= 1.0)
 
 
-def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None) -> np.ndarray:
-    """`PART` of one part and the layers it looks up, the nearest shell first."""
+def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None, extras: int) -> np.ndarray:
+    """`PART` of one part and the layers it looks up, the nearest shell first; ``extras`` is where the extras of its
+    vertices lie (`vertex_table`)."""
     out = np.zeros((), PART)
     out["shell_count"] = len(shells)
     places = [*zip(out["distant"], shells, strict=False), *([] if local is None else [(out["local"], local)])]
@@ -122,17 +124,21 @@ def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None) -> np
         place["geometry"] = pack(layer.geometry)
         place["size"], place["max_lod"] = layer.size, layer.chain.level_count - 1
         place["parameterization"] = layer.parameterization.kind
-    fill_material(out, part)
+    fill_material(out, part, extras)
     out["bits"] |= HAS_LOCAL * (local is not None)
     return out
 
 
-def fill_material(entry: np.ndarray | np.void, part: Part) -> None:
+def fill_material(entry: np.ndarray | np.void, part: Part, extras: int) -> None:
     """What `PART` and `HIT_MATERIAL` have in common."""
     material = part.material
     entry["base_color"], entry["metallic"] = material.base_color, material.metallic
     entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
-    entry["bits"] = part_bits(part)
+    entry["bits"], entry["extras"] = part_bits(part), extras
+    for k, texture in enumerate(pictures_of(part)):
+        if texture is not None:
+            along, across = map(WRAPS.index, texture.wraps)
+            entry["sampling"] |= (along | across << 2 | texture.coordinates << 4) << 8 * k
     if part.reflective and material.refraction is not None:
         entry["transmission"], entry["index"] = material.refraction.transmission, material.refraction.index
         entry["absorption"] = material.refraction.absorption
@@ -152,14 +158,10 @@ def pictures_of(part: Part) -> tuple[Texture | None, ...]:
 def part_bits(part: Part) -> int:
     """What a part's own bits say, whatever it looks up."""
     bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * part.material.double_sided
-    for texture, present, clamps in zip(
-        pictures_of(part),
-        (BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE),
-        (BASE_COLOR_CLAMPS, METALLIC_ROUGHNESS_CLAMPS, NORMAL_CLAMPS, EMISSION_CLAMPS),
-        strict=True,
-    ):
-        if texture is not None:
-            bits |= present | clamps * texture.clamp
+    bits |= COLORS * (part.mesh.colors is not None) | MORE_UV * bool(part.mesh.more_uv)
+    present = (BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE)
+    for texture, bit in zip(pictures_of(part), present, strict=True):
+        bits |= bit * (texture is not None)
     refraction = part.material.refraction if part.reflective else None
     if refraction is not None:
         return bits | REFRACTIVE | THIN * refraction.thin | METAL * (refraction.transmission >= 1.0)

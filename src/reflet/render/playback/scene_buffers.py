@@ -12,7 +12,13 @@ from reflet.envmap.relief import Relief
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
-from reflet.render.device.textures import create_map_array, map_array_view, upload_picture, upload_reliefs
+from reflet.render.device.textures import (
+    ADDRESS_MODES,
+    create_map_array,
+    map_array_view,
+    upload_picture,
+    upload_reliefs,
+)
 from reflet.render.playback.hit_buffers import bvh_words, drawn_directions, hit_materials
 from reflet.render.playback.layouts import (
     DOUBLE_SIDED,
@@ -25,9 +31,10 @@ from reflet.render.playback.layouts import (
     part_uniform,
 )
 from reflet.render.playback.stacks import Stack
+from reflet.render.playback.vertex_table import vertex_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.companions import traced_parts
-from reflet.scene.material import Texture
+from reflet.scene.material import CLAMPS, REPEATS, WRAPS, Texture
 from reflet.scene.scene import Scene
 
 
@@ -68,7 +75,7 @@ class SceneBuffers:
         }
         self._pictures: dict[tuple[int, bool], wgpu.GPUTexture] = {}
         self._reliefs: dict[int | None, wgpu.GPUTextureView] = {}  # by stack
-        self._samplers = {mode: _sampler(device, mode, mode) for mode in ("repeat", "clamp-to-edge")}
+        self._samplers = {(u, v): _sampler(device, ADDRESS_MODES[u], ADDRESS_MODES[v]) for u in WRAPS for v in WRAPS}
         self._no_map = create_map_array(device, MipChain(1, CUBE), 1)  # six layers: any view fits
         self.frame_uniform = device.create_buffer(
             size=FRAME.itemsize, usage=wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
@@ -78,7 +85,8 @@ class SceneBuffers:
         part_of_triangle = np.repeat(np.arange(len(scene.parts)), np.diff(scene.triangle_offsets))
         order = np.lexsort((~pem.on_hull, part_of_triangle))
         grids = np.stack([colours.resolution, colours.offset], -1)[order]
-        buffers = [_vertices(scene), _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
+        vertices, self._extras = vertex_table(scene)
+        buffers = [vertices, _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
         drawn_number = np.empty(len(order), np.int64)
         drawn_number[order] = np.arange(len(order))
         *met, pictures, self._hit_bits = self._what_rays_meet(drawn_number)
@@ -119,7 +127,7 @@ class SceneBuffers:
                 self._picture_sampler(emission),
                 self._maps(arrays, distant, cubes=True),
                 self._maps(arrays, local, cubes=True),
-                self._samplers["clamp-to-edge"],
+                self._samplers[CLAMPS],
                 self._maps(arrays, distant, cubes=False),
                 self._maps(arrays, local, cubes=False),
                 self._reliefs_of(distant),
@@ -135,11 +143,12 @@ class SceneBuffers:
         scene = self._pem.scene
         if not self._pem.most_hits:
             none = np.zeros(0, np.uint32)
-            return none, none, *hit_materials(self._device, [])
+            return none, none, *hit_materials(self._device, [], [])
         bvh = self._pem.bvh or build_bvh(scene, self._pem.on_hull)
         words, directions = bvh_words(scene, bvh, drawn_number), drawn_directions(scene, bvh, drawn_number)
-        met = [scene.parts[number] for number in traced_parts(scene, bvh.companions)]
-        return words, directions, *hit_materials(self._device, met)
+        met = traced_parts(scene, bvh.companions)
+        parts, extras = [scene.parts[number] for number in met], [self._extras[number] for number in met]
+        return words, directions, *hit_materials(self._device, parts, extras)
 
     def _maps(self, arrays: Sequence[wgpu.GPUTexture], stack: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
         """A stack's maps if they are cubes, or if they are not; else a map of one black texel."""
@@ -163,12 +172,14 @@ class SceneBuffers:
 
     def _part_uniform(self, part: int) -> np.ndarray:
         local = self._layers_of(part, "local")
-        return part_uniform(self._pem.scene.parts[part], self._layers_of(part, "distant"), local[0] if local else None)
+        shells, extras = self._layers_of(part, "distant"), self._extras[part]
+        return part_uniform(self._pem.scene.parts[part], shells, local[0] if local else None, extras)
 
     def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
         first, end = self._pem.scene.triangle_offsets[part : part + 2]
         bits = int(data["bits"])
         constants = {
+            "PART_SAMPLING": int(data["sampling"]),
             "SHELL_COUNT": int(data["shell_count"]),
             **{f"DISTANT_KIND_{shell}": float(data["distant"]["geometry"][shell, 0]) for shell in range(MOST_SHELLS)},
             "LOCAL_KIND": float(data["local"]["geometry"][0]),
@@ -193,7 +204,7 @@ class SceneBuffers:
         return self._device.create_buffer_with_data(data=contents, usage=wgpu.BufferUsage.STORAGE)
 
     def _picture(self, texture: Texture | None, srgb: bool) -> wgpu.GPUTextureView:
-        key = (id(texture), srgb)
+        key = (0 if texture is None else id(texture.pixels), srgb)
         if key not in self._pictures:
             pixels = np.full((1, 1, 4), 255, np.uint8) if texture is None else texture.pixels
             texture_format = "rgba8unorm-srgb" if srgb else "rgba8unorm"
@@ -201,7 +212,7 @@ class SceneBuffers:
         return self._pictures[key].create_view()
 
     def _picture_sampler(self, texture: Texture | None) -> wgpu.GPUSampler:
-        return self._samplers["clamp-to-edge" if texture is not None and texture.clamp else "repeat"]
+        return self._samplers[REPEATS if texture is None else texture.wraps]
 
 
 def _inverse_distances(layers: Sequence[Layer]) -> list[np.ndarray]:
@@ -221,20 +232,6 @@ def _sampler(device: wgpu.GPUDevice, u: str, v: str) -> wgpu.GPUSampler:
     return device.create_sampler(
         address_mode_u=u, address_mode_v=v, mag_filter="linear", min_filter="linear", mipmap_filter="linear"
     )
-
-
-def _vertices(scene: Scene) -> np.ndarray:
-    blocks = []
-    for part in scene.parts:
-        mesh = part.mesh
-        block = np.zeros((len(mesh.positions), 3, 4), np.float32)
-        block[:, 0, :3], block[:, 1, :3] = mesh.positions, mesh.normals
-        if mesh.uv is not None:
-            block[:, 0, 3], block[:, 1, 3] = mesh.uv.T
-        if mesh.tangents is not None:
-            block[:, 2] = mesh.tangents
-        blocks.append(block)
-    return np.concatenate(blocks)
 
 
 def _triangles(scene: Scene, on_hull: np.ndarray, order: np.ndarray) -> np.ndarray:

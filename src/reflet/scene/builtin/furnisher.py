@@ -6,7 +6,7 @@ from jaxtyping import Float
 from reflet.scene.builtin.atlas import pack
 from reflet.scene.builtin.room_pictures import Picture
 from reflet.scene.builtin.solids import Solid, Vec3, join
-from reflet.scene.material import Material, Texture
+from reflet.scene.material import CLAMPS, Material, Texture
 from reflet.scene.meshes.corners import weld
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
@@ -36,7 +36,7 @@ class Furnisher:
         solid = join(self._solids)
         rectangle = rectangles[solid.tile]
         mesh = _mesh(solid, rectangle[:, :2] + solid.uv * rectangle[:, 2:])
-        return Part(name, mesh, Material(name, metallic=0.0, base_color_texture_srgb=Texture(atlas, clamp=True)))
+        return Part(name, mesh, Material(name, metallic=0.0, base_color_texture_srgb=Texture(atlas, CLAMPS)))
 
 
 def emitter(name: str, solid: Solid, radiance: Vec3) -> Part:

@@ -4,6 +4,8 @@ A triangle's corner k is row 3·triangle + k. Whatever differs between the corne
 of the texture coordinates) simply differs by row; `weld` then shares vertices where nothing differs.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float, Float32, Int, Integer
 
@@ -91,9 +93,11 @@ def weld(
     normals: Corners3,
     uv: Float[np.ndarray, "corners 2"] | None = None,
     tangents: Float[np.ndarray, "corners 4"] | None = None,
+    colors: Float[np.ndarray, "corners 4"] | None = None,
+    more_uv: Sequence[Float[np.ndarray, "corners 2"]] = (),
 ) -> Mesh:
     """The mesh of these triangles, in their order, with one vertex for all corners that agree in every attribute."""
-    columns = [np.asarray(c, np.float32) for c in (corners, normals, uv, tangents) if c is not None]
+    columns = [np.asarray(c, np.float32) for c in (corners, normals, uv, tangents, colors, *more_uv) if c is not None]
     first, vertex = unique_rows(np.column_stack(columns))
 
     def pick(attribute: np.ndarray | None) -> np.ndarray | None:
@@ -102,4 +106,5 @@ def weld(
     positions: Float32[np.ndarray, "vertices 3"] = np.ascontiguousarray(corners[first], dtype=np.float32)
     shading = np.ascontiguousarray(normals[first], dtype=np.float32)
     triangles: Integer[np.ndarray, "triangles 3"] = vertex.reshape(-1, 3).astype(np.uint32)
-    return Mesh(positions, shading, triangles, pick(uv), pick(tangents))
+    further = tuple(np.ascontiguousarray(values[first], dtype=np.float32) for values in more_uv)
+    return Mesh(positions, shading, triangles, pick(uv), pick(tangents), pick(colors), further)

@@ -9,8 +9,8 @@ from reflet.scene.meshes.mesh import Mesh
 def tessellated(mesh: Mesh, longest_edge: float) -> Mesh:
     """The same surface in triangles none of whose edges is longer than ``longest_edge``, in metres.
 
-    All triangles are cut alike, into n² of a grid, so that no cracks open between them; normals and texture coordinates
-    are interpolated, tangents left out.
+    All triangles are cut alike, into n² of a grid, so that no cracks open between them; normals, texture
+    coordinates and colours are interpolated, tangents left out.
     """
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1).max()
@@ -22,7 +22,8 @@ def tessellated(mesh: Mesh, longest_edge: float) -> Mesh:
 
     normals = cut(mesh.normals)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    return weld(cut(mesh.positions), normals, None if mesh.uv is None else cut(mesh.uv))
+    uv, colors = (None if values is None else cut(values) for values in (mesh.uv, mesh.colors))
+    return weld(cut(mesh.positions), normals, uv, None, colors, [cut(values) for values in mesh.more_uv])
 
 
 def _grid(n: int) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float32, Int32, Int64, UInt8, UInt32
 from numba import njit, prange
 
+from reflet.scene.material import WRAPS
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 from reflet.scene.surfaces.visibility import Visibility
@@ -57,7 +58,8 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
 class _Surface:
     """Corners of those triangles of the scene that a picture sees, and their normal maps.
 
-    ``texture`` is a triangle's normal map, -1 for none; ``textures`` holds (offset into texels, width, height, clamp).
+    ``texture`` is a triangle's normal map, -1 for none; ``textures`` holds (offset into texels, width, height,
+    what it does beyond its edges along u + 4 times that along v, of `WRAPS`).
     """
 
     positions: Float32[np.ndarray, "triangles 3 3"]
@@ -93,30 +95,41 @@ def _surface(scene: Scene, triangle: UInt32[np.ndarray, "samples"]) -> tuple[_Su
         positions[span], normals[span] = mesh.positions[corners], mesh.normals[corners]
         image = part.material.normal_texture
         if image is not None and mesh.uv is not None and mesh.tangents is not None:
-            uv[span], tangents[span] = mesh.uv[corners], mesh.tangents[corners]
+            coordinates = mesh.uv_set(image.coordinates)
+            assert coordinates is not None
+            uv[span], tangents[span] = coordinates[corners], mesh.tangents[corners]
             texture[span], scale[span] = len(textures), part.material.normal_scale
             height, width = image.pixels.shape[:2]
             texels.append(image.pixels.reshape(-1, 4))
-            textures.append(np.array([offset, width, height, image.clamp], np.int32))
+            wraps = WRAPS.index(image.wraps[0]) + 4 * WRAPS.index(image.wraps[1])
+            textures.append(np.array([offset, width, height, wraps], np.int32))
             offset += width * height
     surface = _Surface(positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures))
     return surface, number[triangle]
 
 
 @njit(cache=True, error_model="numpy")
+def _wrapped(i, size, wrap):  # type: ignore[no-untyped-def]
+    """A texel's place within a picture, by the number of a wrap in `WRAPS`."""
+    if wrap == 1:
+        return min(max(i, 0), size - 1)
+    if wrap == 2:
+        there = i % (2 * size)
+        return min(there, 2 * size - 1 - there)
+    return i % size
+
+
+@njit(cache=True, error_model="numpy")
 def _fetch(texels, texture, u, v, channel):  # type: ignore[no-untyped-def]
-    """One channel of a texture in [0, 1], bilinear, repeating or clamped."""
-    offset, width, height, clamp = texture[0], texture[1], texture[2], texture[3]
+    """One channel of a texture in [0, 1], bilinear."""
+    offset, width, height, wraps = texture[0], texture[1], texture[2], texture[3]
     x, y = u * width - 0.5, v * height - 0.5
     column, row = floor(x), floor(y)
     fx, fy = x - column, y - row
     total = 0.0
     for dy in range(2):
         for dx in range(2):
-            if clamp:
-                i, j = min(max(int(column) + dx, 0), width - 1), min(max(int(row) + dy, 0), height - 1)
-            else:
-                i, j = (int(column) + dx) % width, (int(row) + dy) % height
+            i, j = _wrapped(int(column) + dx, width, wraps % 4), _wrapped(int(row) + dy, height, wraps // 4)
             weight = (fx if dx else 1.0 - fx) * (fy if dy else 1.0 - fy)
             total += weight * texels[offset + j * width + i, channel]
     return total / 255.0

@@ -171,8 +171,6 @@ def _placement(colors: list[Color], values: Values) -> Float[np.ndarray, "3 3"] 
     """How the first texture lies; all of a mesh's lie like it."""
     if not colors:
         return None
-    if any(color.mirrored for color in colors):
-        values.doubts.add("Textures that repeat mirrored are repeated as they are", values.name)
     first, *others = (np.eye(3) if color.texture_from_mesh is None else color.texture_from_mesh for color in colors)
     if any(not np.allclose(first, other) for other in others):
         values.doubts.add(

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.errors import RefletError
-from reflet.scene.material import Texture, Vec3
+from reflet.scene.material import Texture, Vec3, Wrap
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
 
@@ -27,7 +27,6 @@ class Color:
     factor: Vec3
     picture: Texture | None = None
     texture_from_mesh: Float[np.ndarray, "3 3"] | None = None
-    mirrored: bool = False  # whether the picture repeats mirrored
 
 
 class Values:
@@ -57,13 +56,13 @@ class Values:
         pixels = np.full((*linear.shape[:2], 4), 255, np.uint8)
         pixels[..., :3] = np.round(code * 255.0)
         texture = node.children[key]
-        wrap = texture.values.get("wrap_mode")
+        known: dict[str, Wrap] = {"clamp": "clamp", "mirror": "mirror"}
+        wrap = known.get(texture.values.get("wrap_mode", ""), "repeat")
         placed = texture.values.get("to_uv")
         return Color(
             (brightest, brightest, brightest),
-            Texture(pixels, wrap == "clamp"),
+            Texture(pixels, (wrap, wrap)),
             None if placed is None else _on_the_plane(placed),
-            wrap == "mirror",
         )
 
     def _evaluated(self, node: Node, key: str, default: float) -> Float[np.ndarray, "height width 3"]:

@@ -11,6 +11,7 @@ from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
 from reflet.trace.references.gltf_bsdf import register_gltf
 from reflet.trace.references.mirror_bsdf import register_mirror
+from reflet.trace.references.placed_texture import placed_texture
 
 KINDS = ("mirrors", "gltf")
 
@@ -27,13 +28,14 @@ class MaterialPlugins:
         register_mirror()
         register_gltf()
         self._whole, self._single_scattering = kind == "gltf", single_scattering
-        self._made: dict[tuple[int, bool, bool], tuple[Material, mi.BSDF]] = {}
+        self._made: dict[tuple[int, bool, int, bool, bool], tuple[Material, mi.BSDF]] = {}
 
     def bsdf(self, part: Part) -> "mi.BSDF":
         """The part's own, or that of another part of the same material."""
         if not self._whole:
             return mi.load_dict(_mirror_or_diffuse(part))
-        key = id(part.material), part.mesh.uv is not None, self.bumpy(part)
+        mesh = part.mesh
+        key = id(part.material), mesh.uv is not None, len(mesh.more_uv), mesh.colors is not None, self.bumpy(part)
         if key not in self._made:
             glass = part.material.refraction
             described = self._gltf(part) if glass is None else _glass(glass, part.material.base_color, part)
@@ -55,23 +57,22 @@ class MaterialPlugins:
         material = part.material
         described = {
             "type": "reflet_gltf",
-            "base_color": color_texture(material.base_color, material.base_color_texture_srgb, part.mesh),
+            "base_color": part_color(part, material.base_color),
             "metallic": _channel(material.metallic, material, 2, part.mesh),
             "perceptual_roughness": _channel(material.perceptual_roughness, material, 1, part.mesh),
             "double_sided": material.double_sided,
             "single_scattering": self._single_scattering,
         }
         if self.bumpy(part) and material.normal_texture is not None:
-            described["normal"] = _bitmap(
-                material.normal_texture.pixels[..., :3] / 255.0, material.normal_texture.clamp
-            )
+            bumps = material.normal_texture
+            described["normal"] = placed_texture(bumps, bumps.pixels[..., :3] / 255.0, part.mesh)
             described["normal_scale"] = float(material.normal_scale)
         return described
 
 
 def _mirror_or_diffuse(part: Part) -> dict[str, Any]:
     material = part.material
-    color = color_texture(material.base_color, material.base_color_texture_srgb, part.mesh)
+    color = part_color(part, material.base_color)
     if part.reflective and material.refraction is not None:
         return _glass(material.refraction, material.base_color, part)
     if part.reflective:
@@ -88,31 +89,29 @@ def _mirror_or_diffuse(part: Part) -> dict[str, Any]:
 def _glass(refraction: Refraction, base_color: Vec3, part: Part) -> dict[str, Any]:
     """Mitsuba's own; without the diffuse light of what lets only some of it through."""
     r, g, b = (refraction.transmission * c for c in base_color)
-    tint = color_texture((r, g, b), part.material.base_color_texture_srgb, part.mesh)
+    tint = part_color(part, (r, g, b))
     kind = "thindielectric" if refraction.thin else "dielectric"
     return {"type": kind, "int_ior": refraction.index, "ext_ior": 1.0, "specular_transmittance": tint}
 
 
-def color_texture(factor: Vec3, texture: Texture | None, mesh: Mesh) -> dict[str, Any]:
-    """A colour, which may exceed 1, times its sRGB texture."""
+def part_color(part: Part, factor: Vec3) -> dict[str, Any]:
+    """A factor times the material's base colour texture and the mesh's colours."""
+    return color_texture(factor, part.material.base_color_texture_srgb, part.mesh, tinted=True)
+
+
+def color_texture(factor: Vec3, texture: Texture | None, mesh: Mesh, *, tinted: bool = False) -> dict[str, Any]:
+    """A colour, which may exceed 1, times its sRGB texture, and times the mesh's colours if it is to be ``tinted``."""
     if texture is None or mesh.uv is None:
+        if tinted and mesh.colors is not None:
+            return placed_texture(None, np.asarray(factor).reshape(1, 1, 3), mesh, tinted=True)
         return {"type": "srgb", "color": [float(c) for c in factor], "unbounded": True}
     code = texture.pixels[..., :3].astype(np.float64) / 255.0
     linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    return _bitmap(linear * np.asarray(factor), texture.clamp)
+    return placed_texture(texture, linear * np.asarray(factor), mesh, tinted=tinted)
 
 
 def _channel(factor: float, material: Material, channel: int, mesh: Mesh) -> dict[str, Any]:
     texture = material.metallic_roughness_texture
     if texture is None or mesh.uv is None:
         return {"type": "uniform", "value": float(factor)}
-    return _bitmap(texture.pixels[..., channel : channel + 1] / 255.0 * factor, texture.clamp)
-
-
-def _bitmap(linear: np.ndarray, clamp: bool) -> dict[str, Any]:
-    return {
-        "type": "bitmap",
-        "data": mi.TensorXf(np.ascontiguousarray(linear, np.float32)),
-        "raw": True,
-        "wrap_mode": "clamp" if clamp else "repeat",
-    }
+    return placed_texture(texture, texture.pixels[..., channel : channel + 1] / 255.0 * factor, mesh)

@@ -13,6 +13,7 @@ from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.references.materials import MaterialPlugins, color_texture
+from reflet.trace.references.placed_texture import add_attributes
 from reflet.trace.variant import use_variant
 
 NEAR = 1e-4  # of the camera's distance from its target: nothing in front of the lens is cut off
@@ -143,6 +144,7 @@ def _shape(part: Part, mesh: Mesh, plugins: MaterialPlugins) -> "mi.Mesh":
     if mesh.uv is not None:
         parameters["vertex_texcoords"] = np.ascontiguousarray(mesh.uv, np.float32).ravel()
     parameters.update()
+    add_attributes(shape, mesh)
     if plugins.bumpy(part):
         tangents = np.ascontiguousarray(mesh.tangents, np.float32)
         shape.add_attribute("vertex_tangent", 3, tangents[:, :3].ravel())

@@ -2,7 +2,7 @@
 
 import type { Part } from "../../files/gltf";
 import type { Bvh, Traced } from "../../scene/pem";
-import { METAL, partBits, picturesOf } from "./layouts";
+import { METAL, partBits, picturesOf, sampling } from "./layouts";
 
 const MATERIAL_WORDS = 32;
 const MOST_DEPTH = 32; // inner nodes above a leaf, as bvh.wgsl has room for
@@ -21,11 +21,19 @@ export interface HitBuffers {
 }
 
 /** Of a PEM that is not traced next to nothing. Throws where the tree is none over its mirrors. */
-export function createHitBuffers(device: GPUDevice, parts: readonly Part[], traced: Traced | undefined): HitBuffers {
-  const met = traced ? parts.filter(({ reflective }, number) => reflective || isCompanion(traced.bvh, number)) : [];
+export function createHitBuffers(
+  device: GPUDevice,
+  parts: readonly Part[],
+  extras: readonly number[],
+  traced: Traced | undefined,
+): HitBuffers {
+  const isMet = ({ reflective }: Part, number: number) =>
+    traced !== undefined && (reflective || isCompanion(traced.bvh, number));
+  const met = parts.filter(isMet);
   const materials = createMaterials(
     device,
     met.map((part) => (part.reflective ? part : matte(part))),
+    extras.filter((_, number) => isMet(parts[number] as Part, number)),
   );
   if (!traced) return { bvh: new Uint32Array(0), directions: new Uint32Array(0), ...materials };
   const triangles = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);
@@ -121,6 +129,7 @@ function linksOf(leafCounts: Uint8Array, triangles: number): Uint32Array {
 function createMaterials(
   device: GPUDevice,
   parts: readonly Part[],
+  extras: readonly number[],
 ): { materials: Uint32Array; pictures: GPUTexture; bits: number } {
   const images = [...new Set(parts.flatMap(picturesOf).flatMap((picture) => picture?.image ?? []))];
   const { places, size } = atlasOf(images);
@@ -147,6 +156,7 @@ function createMaterials(
     const at = MATERIAL_WORDS * k;
     floats.set([...baseColor, metallic, ...emission, normalScale], at);
     materials[at + 8] = partBits(part);
+    materials.set([sampling(part), extras[k] as number], at + 10);
     if (refraction) {
       floats[at + 9] = refraction.transmission;
       floats.set([...refraction.absorption, refraction.index], at + 12);

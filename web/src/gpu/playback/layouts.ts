@@ -1,6 +1,6 @@
 // The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.playback.layouts.
 
-import type { Part, PictureTexture } from "../../files/gltf";
+import { type Part, type PictureTexture, WRAPS } from "../../files/gltf";
 import { clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
 import { type Geometry, pack } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
@@ -16,12 +16,12 @@ const BY_ORIGIN = 256;
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
 export const FRAME_BYTES = 1856;
-export const PART_BYTES = 320;
+export const PART_BYTES = 336;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
-const CLAMPS = [128, 256, 512, 4096];
+const [COLORS, MORE_UV] = [128, 256];
 export const METAL = 1024;
 const [REFRACTIVE, THIN] = [8192, 16384];
 
@@ -70,8 +70,13 @@ export interface BoundLayer {
   readonly geometry: Geometry;
 }
 
-/** The nearest shell first. */
-export function partUniform(part: Part, shells: readonly BoundLayer[], local: BoundLayer | undefined): ArrayBuffer {
+/** The nearest shell first; `extras` is where the extras of the part's vertices lie. */
+export function partUniform(
+  part: Part,
+  shells: readonly BoundLayer[],
+  local: BoundLayer | undefined,
+  extras: number,
+): ArrayBuffer {
   const data = new ArrayBuffer(PART_BYTES);
   const floats = new Float32Array(data);
   for (const [place, { layer, geometry }] of [...shells.entries(), ...(local ? [[3, local] as const] : [])]) {
@@ -88,6 +93,7 @@ export function partUniform(part: Part, shells: readonly BoundLayer[], local: Bo
     floats[74] = refraction.transmission;
     floats.set([...refraction.absorption, refraction.index], 76);
   }
+  new Uint32Array(data).set([sampling(part), extras], 80);
   return data;
 }
 
@@ -98,12 +104,23 @@ export function picturesOf({ material, uv, tangents }: Part): readonly (PictureT
   return [baseColorTexture, metallicRoughnessTexture, tangents && normalTexture, emissionTexture];
 }
 
+/** A byte for each texture: how it wraps, and its set of texture coordinates. */
+export function sampling(part: Part): number {
+  const bytes = picturesOf(part).map((texture, k) => {
+    if (!texture) return 0;
+    const [along, across] = texture.wraps.map((wrap) => WRAPS.indexOf(wrap)) as [number, number];
+    return (along | (across << 2) | (texture.coordinates << 4)) << (8 * k);
+  });
+  return bytes.reduce((sum, byte) => sum | byte, 0) >>> 0;
+}
+
 /** What a part's own bits say, whatever it looks up. */
 export function partBits(part: Part): number {
   let bits = (part.reflective ? REFLECTIVE : 0) | (part.material.doubleSided ? DOUBLE_SIDED : 0);
   picturesOf(part).forEach((texture, k) => {
-    if (texture) bits |= (PICTURES[k] as number) | (texture.clamp ? (CLAMPS[k] as number) : 0);
+    if (texture) bits |= PICTURES[k] as number;
   });
+  bits |= (part.colors ? COLORS : 0) | (part.moreUv.length > 0 ? MORE_UV : 0);
   const refraction = part.reflective ? part.material.refraction : undefined;
   if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);
   if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;

@@ -1,6 +1,6 @@
 // The scene on the device, and the bind groups of its draw calls: twin of reflet.render.playback.scene_buffers.
 
-import type { Part, PictureTexture } from "../../files/gltf";
+import type { Part, PictureTexture, Wrap } from "../../files/gltf";
 import type { Geometry } from "../../maths/geometry";
 import type { Layer, Pem } from "../../scene/pem";
 import type { Stack } from "../../scene/stacks";
@@ -27,6 +27,7 @@ export class SceneBuffers {
   readonly triangleOffsets: readonly number[];
   /** All bits that materials of mirrors have, where rays are traced. */
   readonly hitBits: number;
+  private readonly extras: readonly number[];
   private readonly partUniforms: readonly GPUBuffer[];
   private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
   private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
@@ -42,9 +43,11 @@ export class SceneBuffers {
     let triangles = 0;
     this.triangleOffsets = [0, ...pem.parts.map((part) => (triangles += part.indices.length / 3))];
     this.frameUniform = this.uniform(FRAME_BYTES);
-    const hits = createHitBuffers(device, pem.parts, pem.traced);
+    const vertices = vertexTable(pem.parts);
+    this.extras = vertices.extras;
+    const hits = createHitBuffers(device, pem.parts, this.extras, pem.traced);
     this.hitBits = hits.bits;
-    this.frameGroup = this.createFrameGroup(hits);
+    this.frameGroup = this.createFrameGroup(vertices.values, hits);
     this.partUniforms = pem.parts.map(() => this.uniform(PART_BYTES));
     this.reliefs = stacks.map(({ layers }) =>
       createReliefs(
@@ -64,7 +67,7 @@ export class SceneBuffers {
           const layer = this.pem.layers[index] as Layer;
           return { layer, geometry: kind === "distant" ? (geometries[index] as Geometry) : layer.geometry };
         });
-      const data = partUniform(part, bound("distant"), bound("local")[0]);
+      const data = partUniform(part, bound("distant"), bound("local")[0], this.extras[number] as number);
       this.device.queue.writeBuffer(this.partUniforms[number] as GPUBuffer, 0, data);
     });
   }
@@ -77,13 +80,13 @@ export class SceneBuffers {
     return this.device.createBuffer({ size, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
   }
 
-  private createFrameGroup(hits: HitBuffers): GPUBindGroup {
+  private createFrameGroup(vertices: Float32Array, hits: HitBuffers): GPUBindGroup {
     const { colourGrids, radiosity, parts, onHull } = this.pem;
     const grids = new Uint32Array(2 * colourGrids.resolution.length);
     colourGrids.resolution.forEach((resolution, k) => {
       grids.set([resolution, colourGrids.offset[k] as number], 2 * k);
     });
-    const buffers = [packVertices(parts), packTriangles(parts, onHull), grids, radiosity];
+    const buffers = [vertices, packTriangles(parts, onHull), grids, radiosity];
     const sampler = this.device.createSampler({
       ...{ addressModeU: "repeat", magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" },
     });
@@ -131,14 +134,19 @@ export class SceneBuffers {
         : none.createView({ dimension: cubes ? "cube-array" : "2d-array" });
     };
     const noRelief = createReliefs(this.device, []);
-    const sampler = (mode: GPUAddressMode) =>
-      this.device.createSampler({
-        ...{ addressModeU: mode, addressModeV: mode },
+    const samplers = new Map<string, GPUSampler>();
+    const sampler = (wraps: readonly [Wrap, Wrap]): GPUSampler => {
+      const known = samplers.get(wraps.join());
+      if (known) return known;
+      const [addressModeU, addressModeV] = wraps.map((wrap) => ADDRESS_MODES[wrap]) as [GPUAddressMode, GPUAddressMode];
+      const made = this.device.createSampler({
+        ...{ addressModeU, addressModeV },
         ...{ magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" },
       });
-    const repeating = sampler("repeat");
-    const clamping = sampler("clamp-to-edge");
-    const samplerOf = (texture: PictureTexture | undefined) => (texture?.clamp ? clamping : repeating);
+      samplers.set(wraps.join(), made);
+      return made;
+    };
+    const samplerOf = (texture: PictureTexture | undefined) => sampler(texture?.wraps ?? ["repeat", "repeat"]);
     return this.pem.parts.map((part, number) => {
       const [distant, local] = [this.stackOf(number, "distant"), this.stackOf(number, "local")];
       const { baseColorTexture, metallicRoughnessTexture, normalTexture, emissionTexture } = part.material;
@@ -152,7 +160,7 @@ export class SceneBuffers {
         samplerOf(emissionTexture),
         maps(distant, true),
         maps(local, true),
-        clamping,
+        sampler(["clamp", "clamp"]),
         maps(distant, false),
         maps(local, false),
         (this.reliefs[distant] ?? noRelief).createView({ dimension: "cube-array" }),
@@ -186,10 +194,18 @@ export class SceneBuffers {
   }
 }
 
-/** Three vec4f a vertex: (position, u) (normal, v) (tangent). */
-function packVertices(parts: readonly Part[]): Float32Array {
-  const count = parts.reduce((sum, part) => sum + part.positions.length / 3, 0);
-  const out = new Float32Array(12 * count);
+const ADDRESS_MODES: Record<Wrap, GPUAddressMode> = {
+  ...{ repeat: "repeat", clamp: "clamp-to-edge", mirror: "mirror-repeat" },
+};
+
+/** Three vec4f a vertex, (position, u) (normal, v) (tangent), and behind them the extras of parts that have any: twin of
+reflet.render.playback.vertex_table. `extras` are where those of a vertex 0 would lie, modulo 2³². */
+function vertexTable(parts: readonly Part[]): { values: Float32Array; extras: number[] } {
+  const widths = parts.map(({ colors, moreUv }) => (moreUv.length > 0 ? 3 : colors ? 1 : 0));
+  const counts = parts.map((part) => part.positions.length / 3);
+  const count = counts.reduce((sum, its) => sum + its, 0);
+  const more = counts.reduce((sum, its, k) => sum + its * (widths[k] as number), 0);
+  const out = new Float32Array(12 * count + 4 * more);
   let at = 0;
   for (const { positions, normals, uv, tangents } of parts) {
     for (let k = 0; k < positions.length / 3; k++, at += 12) {
@@ -199,7 +215,20 @@ function packVertices(parts: readonly Part[]): Float32Array {
       if (tangents) out.set(tangents.subarray(4 * k, 4 * k + 4), at + 8);
     }
   }
-  return out;
+  let first = 0;
+  const extras = parts.map(({ colors, moreUv }, number) => {
+    const [its, width] = [counts[number] as number, widths[number] as number];
+    const place = at / 4 - first * width;
+    for (let k = 0; k < (width ? its : 0); k++, at += 4 * width) {
+      out.set(colors?.subarray(4 * k, 4 * k + 4) ?? [1, 1, 1, 1], at);
+      moreUv.forEach((uv, which) => {
+        out.set(uv.subarray(2 * k, 2 * k + 2), at + 4 + 2 * which);
+      });
+    }
+    first += its;
+    return place >>> 0;
+  });
+  return { values: out, extras };
 }
 
 /** One vec4u a triangle: three vertex numbers through all parts, bits. */

@@ -5,12 +5,12 @@ from jaxtyping import UInt8
 
 from reflet.errors import RefletError
 from reflet.files.pictures.png import decode_picture, shown_alike
-from reflet.scene.material import Texture
+from reflet.scene.material import REPEATS, Texture, Wrap
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.document import Document
 from reflet.scene.readers.gltf.values import DamagedError, JsonObject, extension, index_or_none, text
 
-REPEAT, CLAMP = 10497, 33071
+_WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 
 _KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 _LARGEST = 2**28  # texels
@@ -35,14 +35,19 @@ class Textures:
             self._read[index] = self._decoded(index)
         return self._read[index]
 
-    def wraps(self, info: JsonObject) -> tuple[int, int]:
-        """What the texture's sampler does beyond the picture's right and lower edge, by glTF's numbers."""
+    def _wraps(self, number: int, texture: JsonObject) -> tuple[Wrap, Wrap]:
+        """What the texture's sampler does beyond the picture's sides, and above and below."""
+        index = index_or_none(texture, "sampler")
         try:
-            index = index_or_none(self._document.item("textures", index_or_none(info, "index") or 0), "sampler")
             sampler = {} if index is None else self._document.item("samplers", index)
-        except DamagedError:
-            return REPEAT, REPEAT
-        return index_or_none(sampler, "wrapS") or REPEAT, index_or_none(sampler, "wrapT") or REPEAT
+        except DamagedError as error:
+            self._document.notes.add("textures whose sampler is not there repeat", "textures", number, str(error))
+            return REPEATS
+        given = [index_or_none(sampler, key) or 10497 for key in ("wrapS", "wrapT")]
+        for code in given:
+            if code not in _WRAPS:
+                self._document.notes.add("textures that wrap in no way of glTF's repeat", "textures", number, str(code))
+        return _WRAPS.get(given[0], "repeat"), _WRAPS.get(given[1], "repeat")
 
     def _decoded(self, index: int) -> Texture | None:
         try:
@@ -54,7 +59,7 @@ class Textures:
                 "textures", index, str(error).rstrip("."),
             )  # fmt: skip
             return None
-        return Texture(pixels, self.wraps({"index": index}) == (CLAMP, CLAMP), encoded)
+        return Texture(pixels, self._wraps(index, texture), encoded=encoded)
 
     def _pixels(self, texture: JsonObject) -> tuple[UInt8[np.ndarray, "height width 4"], bytes | None]:
         """Of the first source that can be read; the plain one is there for readers without the extensions."""

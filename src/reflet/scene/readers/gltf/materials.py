@@ -25,20 +25,19 @@ _SPECULAR_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 
 
 @dataclass(frozen=True)
-class TextureUse:
-    """How a material's textures look texture coordinates up."""
+class Placement:
+    """How a texture lies: the file's texture coordinates of this number, by KHR_texture_transform."""
 
-    coordinates: int
-    transform: tuple[float, float, float, float, float]  # offset, rotation, scale
-    wraps: tuple[int, int]
+    coordinates: int = 0
+    transform: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 1.0, 1.0)  # offset, rotation, scale
 
 
 @dataclass(frozen=True)
 class ReadMaterial:
-    """A material, and how its textures are placed; None where it has none."""
+    """A material, and how its textures lie: those whose ``coordinates`` are k like ``placements[k]``."""
 
     material: Material
-    use: TextureUse | None
+    placements: tuple[Placement, ...] = ()
 
 
 class Materials:
@@ -51,7 +50,7 @@ class Materials:
     def material(self, index: int | None) -> ReadMaterial:
         """Material ``index``; without one a mirror."""
         if index is None:
-            return ReadMaterial(MIRROR, None)
+            return ReadMaterial(MIRROR)
         if index not in self._read:
             self._read[index] = self._read_material(index)
         return self._read[index]
@@ -61,14 +60,12 @@ class Materials:
         name = text(source, "name") or f"material_{index}"
         older = extension(source, _SPECULAR_GLOSSINESS)
         pbr = child(source, "pbrMetallicRoughness")
-        bumps, glow = _info(source, "normalTexture"), _info(source, "emissiveTexture")
+        bumps, placed = _info(source, "normalTexture"), _Placed(self._textures)
         if older is None:
-            colors = [_info(pbr, "baseColorTexture"), _info(pbr, "metallicRoughnessTexture")]
-            material = self._newer(pbr, colors)
+            material = self._newer(pbr, placed)
             alpha = numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3]
         else:
-            colors = [_info(older, "diffuseTexture"), _info(older, "specularGlossinessTexture")]
-            material = self._older(older, colors)
+            material = self._older(older, placed, index, name)
             alpha = numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[3]
         strength = number(extension(source, "KHR_materials_emissive_strength") or {}, "emissiveStrength", 1.0)
         emission = np.maximum(np.array(numbers(source, "emissiveFactor", (0.0, 0.0, 0.0))) * strength, 0.0)
@@ -77,35 +74,28 @@ class Materials:
             name=name,
             emission=_vec3(emission),
             double_sided=source.get("doubleSided") is True,
-            normal_texture=self._textures.texture(bumps),
+            normal_texture=placed.texture(bumps),
             normal_scale=1.0 if bumps is None else number(bumps, "scale", 1.0),
-            emission_texture_srgb=self._textures.texture(glow),
+            emission_texture_srgb=placed.texture(_info(source, "emissiveTexture")),
         )
         material = with_glass(material, source, self._document.notes, index)
         self._note_transparency(source, material, alpha, index)
-        shown = [info for info in (*colors, bumps, glow) if info is not None and self._textures.texture(info)]
-        uses = [self._use(info) for info in shown]
-        if len({(use.coordinates, use.transform) for use in uses}) > 1:
-            self._document.notes.add(
-                "textures that are placed differently on one material are all placed like its first",
-                "materials", index, name,
-            )  # fmt: skip
-        return ReadMaterial(material, uses[0] if uses else None)
+        return ReadMaterial(material, tuple(placed.placements))
 
-    def _newer(self, pbr: JsonObject, infos: list[JsonObject | None]) -> Material:
+    def _newer(self, pbr: JsonObject, placed: "_Placed") -> Material:
         return Material(
             base_color=_vec3(_unit_colors(numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3])[0]),
             metallic=_unit(number(pbr, "metallicFactor", 1.0)),
             perceptual_roughness=_unit(number(pbr, "roughnessFactor", 1.0)),
-            base_color_texture_srgb=self._textures.texture(infos[0]),
-            metallic_roughness_texture=self._textures.texture(infos[1]),
+            base_color_texture_srgb=placed.texture(_info(pbr, "baseColorTexture")),
+            metallic_roughness_texture=placed.texture(_info(pbr, "metallicRoughnessTexture")),
         )
 
-    def _older(self, older: JsonObject, infos: list[JsonObject | None]) -> Material:
+    def _older(self, older: JsonObject, placed: "_Placed", index: int, name: str) -> Material:
         diffuse = _unit_colors(numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[:3])
         specular = _unit_colors(numbers(older, "specularFactor", (1.0, 1.0, 1.0)))
         glossiness = _unit(number(older, "glossinessFactor", 1.0))
-        textures = [self._textures.texture(info) for info in infos]
+        textures = [placed.texture(_info(older, key)) for key in ("diffuseTexture", "specularGlossinessTexture")]
         given = [texture for texture in textures if texture is not None]
         if not given:
             base, metallic, roughness = metallic_roughness(diffuse, specular, np.array([glossiness]))
@@ -116,10 +106,12 @@ class Materials:
         base_texture, other_texture = converted_textures(
             diffuse_srgb, specular_srgb, (diffuse[0], specular[0], glossiness)
         )
-        clamp = given[0].clamp
+        if given[0].coordinates != given[-1].coordinates or given[0].wraps != given[-1].wraps:
+            what = "specular and glossiness that lie otherwise than the diffuse colour are placed like it"
+            self._document.notes.add(what, "materials", index, name)
         return Material(
-            base_color_texture_srgb=Texture(base_texture, clamp),
-            metallic_roughness_texture=Texture(other_texture, clamp),
+            base_color_texture_srgb=replace(given[0], pixels=base_texture, encoded=None),
+            metallic_roughness_texture=replace(given[0], pixels=other_texture, encoded=None),
         )
 
     def _note_transparency(self, source: JsonObject, material: Material, alpha: float, index: int) -> None:
@@ -128,14 +120,33 @@ class Materials:
         if (mode == "BLEND" and least < 1.0) or (mode == "MASK" and least < number(source, "alphaCutoff", 0.5)):
             self._document.notes.add("what is transparent is shown opaque", "materials", index, material.name)
 
-    def _use(self, info: JsonObject) -> TextureUse:
-        placing = extension(info, "KHR_texture_transform") or {}
-        coordinates = index_or_none(placing, "texCoord")
-        if coordinates is None:
-            coordinates = index_or_none(info, "texCoord") or 0
-        offset, scale = numbers(placing, "offset", (0.0, 0.0)), numbers(placing, "scale", (1.0, 1.0))
-        transform = (offset[0], offset[1], number(placing, "rotation", 0.0), scale[0], scale[1])
-        return TextureUse(coordinates, transform, self._textures.wraps(info))
+
+class _Placed:
+    """The textures of one material, and how they lie."""
+
+    def __init__(self, textures: Textures) -> None:
+        self._textures = textures
+        self.placements: list[Placement] = []
+
+    def texture(self, info: JsonObject | None) -> Texture | None:
+        """What a texture info stands for."""
+        texture = self._textures.texture(info)
+        if info is None or texture is None:
+            return None
+        placement = _placement(info)
+        if placement not in self.placements:
+            self.placements.append(placement)
+        number = self.placements.index(placement)
+        return texture if number == 0 else replace(texture, coordinates=number)
+
+
+def _placement(info: JsonObject) -> Placement:
+    placing = extension(info, "KHR_texture_transform") or {}
+    coordinates = index_or_none(placing, "texCoord")
+    if coordinates is None:
+        coordinates = index_or_none(info, "texCoord") or 0
+    offset, scale = numbers(placing, "offset", (0.0, 0.0)), numbers(placing, "scale", (1.0, 1.0))
+    return Placement(coordinates, (offset[0], offset[1], number(placing, "rotation", 0.0), scale[0], scale[1]))
 
 
 def _info(parent: JsonObject, key: str) -> JsonObject | None:

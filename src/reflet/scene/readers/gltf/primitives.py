@@ -12,12 +12,11 @@ from reflet.scene.readers.gltf.accessors import Accessors
 from reflet.scene.readers.gltf.attributes import TRIANGLES, Attributes, mode
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.document import Document
-from reflet.scene.readers.gltf.images import CLAMP, REPEAT
-from reflet.scene.readers.gltf.materials import Materials, TextureUse
+from reflet.scene.readers.gltf.materials import Materials, Placement, ReadMaterial
 from reflet.scene.readers.gltf.nodes import PlacedNode
 from reflet.scene.readers.gltf.pose import Vertices
 from reflet.scene.readers.gltf.rig import Rig
-from reflet.scene.readers.gltf.surfaces import surface
+from reflet.scene.readers.gltf.surfaces import Looks, surface
 from reflet.scene.readers.gltf.values import DamagedError, JsonObject, children, index_or_none, text, whole
 from reflet.scene.scene import Part
 
@@ -63,9 +62,8 @@ class Primitives:
         if surplus:
             notes.add("corners that make no whole triangle are left out", "primitives", key, f"{surplus} of {name}")
         positions, triangles = self._numbered(positions, triangles, key, name)
-        uv = self._texture_coordinates(attributes, read.use, len(positions), key, name)
-        material = self._tinted(read.material, attributes, triangles, len(positions), key, name)
-        bumpy = material.normal_texture is not None and uv is not None
+        material, looks = self._looks(attributes, read, len(positions), key, name)
+        bumpy = material.normal_texture is not None and looks.uv is not None
         # [glTF 2.0, 3.7.2.1]: without normals they are flat, and given tangents are ignored
         normals = attributes.floats("NORMAL", (3,), len(positions))
         tangents = attributes.floats("TANGENT", (4,), len(positions)) if bumpy and normals is not None else None
@@ -75,7 +73,8 @@ class Primitives:
         if tangents is not None and not np.isfinite(tangents).all():
             tangents = None  # and are computed
         for vertices in self._rig.posed(Vertices(positions, normals, tangents), node, primitive, attributes):
-            yield surface(vertices, triangles, uv, bumpy), material
+            bumps = material.normal_texture.coordinates if bumpy and material.normal_texture is not None else None
+            yield surface(vertices, triangles, looks, bumps), material
 
     def _numbered(
         self,
@@ -97,56 +96,66 @@ class Primitives:
 
     # -- looks ---------------------------------------------------------------------------------------------------------
 
-    def _texture_coordinates(
-        self, attributes: Attributes, use: TextureUse | None, count: int, key: tuple[int, int], name: str
-    ) -> Float32[np.ndarray, "vertices 2"] | None:
+    def _looks(
+        self, attributes: Attributes, read: ReadMaterial, count: int, key: tuple[int, int], name: str
+    ) -> tuple[Material, Looks]:
+        """The material without the textures that there are no coordinates for, and what vertices have for it."""
+        found = [self._texture_coordinates(attributes, placement, count, key, name) for placement in read.placements]
+        colors = self._colors(attributes, count, key, name)
+        if not read.placements:  # others may want them
+            return read.material, Looks(
+                self._texture_coordinates(attributes, Placement(), count, key, name), (), colors
+            )
+        there = [uv for uv in found if uv is not None]
+        if len(there) == len(found):
+            return read.material, Looks(there[0], tuple(there[1:]), colors)
         notes = self._document.notes
-        uv = attributes.floats(f"TEXCOORD_{use.coordinates if use else 0}", (2,), count)
+        notes.add("textures are left out where there are no coordinates for them", "primitives", key, name)
+        if not there:
+            return read.material, Looks(None, (), colors)
+        lost = {number for number, uv in enumerate(found) if uv is None}
+        kept = {
+            slot: None if texture is not None and texture.coordinates in lost else texture
+            for slot, texture in read.material.textures.items()
+        }
+        nothing = np.zeros((count, 2), np.float32)
+        first, *others = (nothing if uv is None else uv for uv in found)
+        return replace(read.material, **kept), Looks(first, tuple(others), colors)  # type: ignore[arg-type]
+
+    def _texture_coordinates(
+        self, attributes: Attributes, placement: Placement, count: int, key: tuple[int, int], name: str
+    ) -> Float32[np.ndarray, "vertices 2"] | None:
+        uv = attributes.floats(f"TEXCOORD_{placement.coordinates}", (2,), count)
         if uv is None:
-            if use is not None:
-                notes.add("textures are left out where there are no coordinates for them", "primitives", key, name)
             return None
         if not np.isfinite(uv).all():
+            notes = self._document.notes
             notes.add("texture coordinates that are no numbers count as 0", "primitives", key, name)
             uv = np.nan_to_num(uv, nan=0.0, posinf=0.0, neginf=0.0)
-        uv = uv.copy()  # a view would keep the whole file in memory
-        if use is None:
-            return uv
-        uv = _transformed(uv, use)
-        if use.wraps not in ((REPEAT, REPEAT), (CLAMP, CLAMP)) and len(uv):
-            beyond = (uv.min(axis=0) < 0.0) | (uv.max(axis=0) > 1.0)
-            if any(out and wrap != REPEAT for out, wrap in zip(beyond, use.wraps, strict=True)):
-                what = "textures that repeat mirrored, or in one direction only, repeat as they are in both"
-                notes.add(what, "primitives", key, name)
-        return uv
+        return _transformed(uv.copy(), placement)  # a view would keep the whole file in memory
 
-    def _tinted(
-        self,
-        material: Material,
-        attributes: Attributes,
-        triangles: UInt32[np.ndarray, "triangles 3"],
-        count: int,
-        key: tuple[int, int],
-        name: str,
-    ) -> Material:
-        """The material times the vertices' colour, which is one for all: their mean where it varies."""
-        colors = attributes.floats("COLOR_0", (3, 4), count, fractions=True)
-        if colors is None or not triangles.size:
-            return material
-        used = np.nan_to_num(colors[triangles.ravel(), :3])
-        if (used != used[0]).any():
-            notes = self._document.notes
-            notes.add("vertex colours that vary are shown as their mean", "primitives", key, name)
-        mean = used.mean(axis=0, dtype=np.float64) if (used != used[0]).any() else used[0].astype(np.float64)
-        r, g, b = (np.clip(mean, 0.0, 1.0) * material.base_color).tolist()
-        return replace(material, base_color=(r, g, b))
+    def _colors(
+        self, attributes: Attributes, count: int, key: tuple[int, int], name: str
+    ) -> Float32[np.ndarray, "vertices 4"] | None:
+        """The vertices' colours, alpha 1 where they have none; None where they change nothing."""
+        given = attributes.floats("COLOR_0", (3, 4), count, fractions=True)
+        if given is None:
+            return None
+        notes = self._document.notes
+        if not np.isfinite(given).all():
+            notes.add("vertex colours that are no numbers count as white", "primitives", key, name)
+        if ((given < 0.0) | (given > 1.0)).any():
+            notes.add("vertex colours below 0 or above 1 are taken as the nearer of them", "primitives", key, name)
+        colors = np.ones((count, 4), np.float32)
+        colors[:, : given.shape[1]] = np.clip(np.nan_to_num(given, nan=1.0, posinf=1.0, neginf=1.0), 0.0, 1.0)
+        return None if (colors == 1.0).all() else colors
 
 
-def _transformed(uv: Float32[np.ndarray, "vertices 2"], use: TextureUse) -> Float32[np.ndarray, "vertices 2"]:
+def _transformed(uv: Float32[np.ndarray, "vertices 2"], placement: Placement) -> Float32[np.ndarray, "vertices 2"]:
     """KHR_texture_transform: scale, then rotate counter-clockwise in the image, then shift."""
-    if use.transform == (0.0, 0.0, 0.0, 1.0, 1.0):
+    if placement.transform == Placement().transform:
         return uv
-    x, y, angle, scale_x, scale_y = use.transform
+    x, y, angle, scale_x, scale_y = placement.transform
     cos, sin = np.cos(angle), np.sin(angle)
     matrix = np.array([[cos * scale_x, -sin * scale_x], [sin * scale_y, cos * scale_y]])
     return (uv.astype(np.float64) @ matrix + (x, y)).astype(np.float32)

@@ -212,7 +212,7 @@ class MaterialFile:
         metallic = self._plane(name, lines, {"map_pm": "b" if one else "", "map_orm": "b", "map_rma": "g"}, placed)
         if roughness is None and metallic is None:
             return None, False, False
-        texture = Texture(roughness_and_metal(roughness, metallic), placed[-1].clamp)
+        texture = Texture(roughness_and_metal(roughness, metallic), placed[-1].wraps)
         return texture, roughness is not None, metallic is not None
 
     def _plane(

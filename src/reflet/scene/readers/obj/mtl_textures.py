@@ -10,7 +10,7 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from reflet.files.pictures.png import read_picture, shown_alike
-from reflet.scene.material import Texture
+from reflet.scene.material import CLAMPS, REPEATS, Texture, Wrap
 from reflet.scene.readers.resources import find_resource
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -26,7 +26,7 @@ class TextureStatement:
     name: str
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
-    clamp: bool = False
+    wraps: tuple[Wrap, Wrap] = REPEATS
     bump: float = 1.0
     channel: str = ""
     odd: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ def parse_texture(text: str) -> TextureStatement:
         name=rest.strip(),
         scale=scale,
         offset=offset,
-        clamp=options.get("-clamp", [""])[0].lower() == "on",
+        wraps=CLAMPS if options.get("-clamp", [""])[0].lower() == "on" else REPEATS,
         bump=float(options.get("-bm", ["1"])[0]),
         channel=options.get("-imfchan", [""])[0].lower(),
         odd=odd,
@@ -93,7 +93,7 @@ class Pictures:
 
     def texture(self, statement: TextureStatement) -> Texture:
         """The picture as it is. Raises RefletError as `pixels` does."""
-        return replace(self._read(find_resource(self.folder, statement.name)), clamp=statement.clamp)
+        return replace(self._read(find_resource(self.folder, statement.name)), wraps=statement.wraps)
 
 
 def _texture(path: Path) -> Texture:
