@@ -79,7 +79,14 @@ def test_closed_furnace(mirror: bool) -> None:
     glow = Material("glow", base_color=(0.5, 0.2, 0.0), metallic=0.0, emission=(1.0, 1.0, 1.0))
     parts = [Part("room", room(), glow)]
     if mirror:
-        parts.append(Part("ball", sphere(radius=0.5, rows=24), Material("all", base_color=(1, 1, 1)), True))
+        parts.append(
+            Part(
+                "ball",
+                sphere(radius=0.5, rows=24),
+                Material("all", base_color=(1, 1, 1), perceptual_roughness=0.0),
+                True,
+            )
+        )
     found = irradiance(scene(parts, [(1,)] if mirror else []), spp=64, budget=3000)
     # Sixteen passes leave 0.5^17 of the light out; a ball of triangles traps 0.5 % of the rays for over 8 bounces.
     mean = found.radiosity.mean(0)

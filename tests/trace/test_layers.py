@@ -96,7 +96,7 @@ def emitting_room_with_mirrors() -> Scene:
     walls = Material(
         "walls", base_color=(0, 0, 0), metallic=0.0, emission=(1.0, 0.8, 0.6), emission_texture_srgb=Texture(pixels)
     )
-    tinted = Material("gold", base_color=(0.9, 0.7, 0.3), metallic=1.0, base_color_texture_srgb=Texture(pixels, CLAMPS))
+    tinted = Material("gold", (0.9, 0.7, 0.3), 1.0, 0.0, base_color_texture_srgb=Texture(pixels, CLAMPS))
     back = quad((-1.5, -1.2, -1.0), (3.0, 0, 0), (0, 2.4, 0.3))
     return scene(
         [
@@ -146,9 +146,10 @@ def test_backs_of_single_sided_faces_are_black_and_opaque() -> None:
     np.testing.assert_allclose(own.distant[on_mirror], 1.0, rtol=1e-6)
 
 
-def test_double_sided_faces_mirror_on_both_sides() -> None:
+@pytest.mark.parametrize("roughness", [0.0, 1.0])
+def test_double_sided_faces_mirror_on_both_sides(roughness: float) -> None:
     plate = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0))
-    both = Material("foil", base_color=(0.5, 0.5, 0.5), metallic=1.0, double_sided=True)
+    both = Material("foil", (0.5, 0.5, 0.5), 1.0, roughness, double_sided=True)
     what = scene([Part("plate", plate, both, True)], [(0,)], constant_light(2.0))
     front, back = layers_of(what), layers_of(what, position=(0.0, 0.4, -4.0))
     assert len(front.pixel) == pytest.approx(len(back.pixel), rel=0.02)

@@ -33,9 +33,8 @@ def wavy_plate() -> Part:
     flat = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0))
     tangents = np.tile([1.0, 0.0, 0.0, -1.0], (4, 1)).astype(np.float32)
     mesh = Mesh(flat.positions, flat.normals, flat.triangles, flat.uv, tangents)
-    return Part(
-        "plate", mesh, Material("wavy", (0.9, 0.9, 0.9), normal_texture=Texture(pixels), normal_scale=0.7), True
-    )
+    wavy = Material("wavy", (0.9, 0.9, 0.9), 1.0, 0.0, normal_texture=Texture(pixels), normal_scale=0.7)
+    return Part("plate", mesh, wavy, True)
 
 
 @pytest.mark.parametrize("shape", ["ball", "wavy plate"])

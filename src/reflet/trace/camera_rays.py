@@ -7,7 +7,11 @@ from jaxtyping import Int32
 
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
-from reflet.trace.sampling import LANES, shifted_hammersley
+from reflet.trace.sampling import LANES, shifted_hammersley, shifted_multiples
+
+# Fractions of 2³² that multiples of spread evenly, in the plane and in space: powers of 1/φ, φ³ = φ + 1 and φ⁴ = φ + 1.
+PLANE = 3242174889, 2447445414
+SPACE = 3518319155, 2882110345, 2360945575
 
 
 class CameraRays:
@@ -33,13 +37,24 @@ class CameraRays:
 
     def antialiased(self, pixels: Int32[np.ndarray, "pixels"]):  # type: ignore[no-untyped-def]
         """Unit directions of all samples of some pixels, pixel by pixel."""
-        lane = dr.arange(mi.UInt32, len(pixels) * self.spp)
-        slot = lane // self.count
-        sample = lane - slot * self.count
-        pixel = dr.gather(mi.UInt32, mi.UInt32(pixels), slot)
+        pixel, sample = self._samples(pixels)
         if self.positions is not None:
             return self.direction(pixel, *dr.gather(mi.Point2f, self.positions, sample))
         return self.direction(pixel, *shifted_hammersley(sample, self.count, pixel, self.seed))
+
+    def numbers(self, pixels: Int32[np.ndarray, "pixels"]) -> list["mi.Float"]:
+        """Five uniform numbers in [0, 1) for all samples of some pixels; the first two and the last three are evenly
+        spread over each pixel."""
+        pixel, sample = self._samples(pixels)
+        return [
+            *shifted_multiples(sample, PLANE, pixel, self.seed),
+            *shifted_multiples(sample, SPACE, pixel, self.seed),
+        ]
+
+    def _samples(self, pixels: Int32[np.ndarray, "pixels"]) -> tuple["mi.UInt32", "mi.UInt32"]:
+        lane = dr.arange(mi.UInt32, len(pixels) * self.spp)
+        slot = lane // self.count
+        return dr.gather(mi.UInt32, mi.UInt32(pixels), slot), lane - slot * self.count
 
     def batches(self, pixels: Int32[np.ndarray, "pixels"]) -> list[Int32[np.ndarray, "batch"]]:
         """Pixels in groups whose samples are at most `LANES`."""

@@ -6,14 +6,18 @@ surface is a gather from a table: one kernel serves every material, and nothing 
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
+from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
-from reflet.scene.material import WRAPS
+from reflet.scene.material import WRAPS, Material
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.trace.lobe import LEAST_ROUGHNESS
 
 NO_TEXTURE = 0xFFFFFFFF
 DOUBLE_SIDED, GONE_THROUGH = 1, 2  # flags of a part; its object's index + 1 follows in the bits above
@@ -60,6 +64,7 @@ class DeviceScene:
         self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
         self._without: dict[int, tuple[mi.Scene | None, mi.UInt32]] = {}
         self._reaches: dict[tuple[int, tuple[float, float, float]], float] = {}
+        self.emitters: Any = None  # of `emitters_of`, found once
         none = np.zeros(len(self.triangles), np.uint32)
         self.set_irradiance(IrradianceMap(none, none, np.zeros((1, 3), np.float32)))
 
@@ -127,7 +132,7 @@ class DeviceScene:
                 texels.append(np.ascontiguousarray(texture.pixels).view(np.uint32).ravel())
             return known[id(texture)]
 
-        colors, emissions, slots, flags, glass, absorption = [], [], [], [], [], []
+        colors, emissions, slots, flags, glass, absorption, roughest = [], [], [], [], [], [], 0.0
         for number, (part, owner) in enumerate(zip(self.scene.parts, self.scene.object_of_part, strict=True)):
             m = part.material
             normal_texture = m.normal_texture if part.mesh.tangents is not None else None
@@ -142,8 +147,15 @@ class DeviceScene:
             kind = (0, 0, 0) if refraction is None else (refraction.index, refraction.transmission, refraction.thin)
             glass.append((*kind, 0))
             absorption.append((0,) * 4 if refraction is None else (*refraction.absorption, 0))
+            if owner >= 0 and refraction is None:
+                roughest = max(roughest, _greatest_roughness(m, textured))
         self.has_glass = any(index > 0 for index, *_ in glass)
         self.part_glass, self.part_absorption = _floats(np.array(glass)), _floats(np.array(absorption))
+        self.has_rough = roughest >= LEAST_ROUGHNESS
+        if self.has_rough:
+            self.part_roughness = _floats(np.array([part.material.perceptual_roughness for part in self.scene.parts]))
+            albedos = mi.TensorXf(np.ascontiguousarray(dfg_table()[..., :2]))
+            self.dfg = mi.Texture2f(albedos, use_accel=False, wrap_mode=dr.WrapMode.Clamp)  # exact on every device
         self.part_color_metallic = _floats(np.array(colors))
         self.part_emission_scale = _floats(np.array(emissions))
         self.part_textures = mi.UInt32(np.array(slots, np.uint32).ravel())
@@ -161,6 +173,12 @@ class DeviceScene:
         self.environment_size = (0, 0) if light is None else light.radiance.shape[:2]
         if light is not None:
             self.environment = _floats(np.dstack([light.radiance, np.zeros(light.radiance.shape[:2])]))
+
+
+def _greatest_roughness(material: Material, textured: bool) -> float:
+    texture = material.metallic_roughness_texture if textured else None
+    most = 1.0 if texture is None else float(texture.pixels[..., 1].max()) / 255.0
+    return material.perceptual_roughness * most
 
 
 def _attribute(parts: Sequence[np.ndarray | None], starts: np.ndarray, width: int) -> np.ndarray:

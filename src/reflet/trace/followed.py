@@ -8,7 +8,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Float, Float32, UInt32
 
-from reflet.scene.scene import ReflectiveObject, Scene
+from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.radiance import kept, medium_after
@@ -44,7 +44,7 @@ class RayFollower:
         objects = tuple(
             ReflectiveObject(item.name, tuple(index[part] for part in item.parts)) for item in scene.objects
         )
-        alone = Scene(tuple(scene.parts[part] for part in kept_parts), objects)
+        alone = Scene(tuple(_mirror(scene.parts[part]) for part in kept_parts), objects)
         self._device = DeviceScene(alone)
         grids = irradiance.resolution[self._number], irradiance.offset[self._number]
         self._device.set_irradiance(replace(irradiance, resolution=grids[0], offset=grids[1]))
@@ -96,6 +96,11 @@ class RayFollower:
             going = surface.reflects
             dr.eval(throughput, light, medium, ray, going)
         return FollowedRays(met, _table(light, count), _table(throughput, count))
+
+
+def _mirror(part: Part) -> Part:
+    """The part as playback follows rays: mirrored, whatever its roughness."""
+    return replace(part, material=replace(part.material, perceptual_roughness=0.0))
 
 
 def _axes(table: Float[np.ndarray, "rays 3"]) -> list["mi.Float"]:

@@ -37,7 +37,9 @@ class SegmentedLayers:
     ``local`` is premultiplied by ``alpha``. ``surroundings`` (radiance times its own coverage) holds everything that
     does not reflect, seen directly. ``combined`` is the mean of fresnel·(local + (1 - alpha)·distant) taken sample by
     sample: what the reflection truly shows. Of glass ``distant`` and ``alpha`` are those of the mirrored ray too, and
-    ``local`` holds all that comes through, over ``fresnel``. ``shells`` is the distant layer shell by shell, the
+    ``local`` holds all that comes through, over ``fresnel``. Of what is rough light is averaged by the surface's lobe,
+    ``alpha``, of shells too, is the share of the luminance behind that is hidden, and ``fresnel`` is the directional
+    albedo; ``combined`` has Fresnel's term within the average. ``shells`` is the distant layer shell by shell, the
     nearest first: premultiplied radiance and alpha (`Shells`); zero where another object has more of them.
     """
 

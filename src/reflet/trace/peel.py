@@ -9,8 +9,10 @@ import mitsuba as mi
 
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells
-from reflet.trace.light.radiance import arrive, sent_on
+from reflet.trace.light.radiance import arrive_drawn, sent_on
 from reflet.trace.surface import OFFSET, surface_at
+
+ENDLESS = 1e30  # metres: what is farther away is the environment
 
 
 @dataclass
@@ -25,6 +27,14 @@ class Met:
     def distance(self, origin: Any) -> Any:
         """Metres from a point; infinite where nothing is met."""
         return dr.select(self.valid, dr.norm(self.position - origin), dr.inf)
+
+
+@dataclass
+class Drawn:
+    """Where rays begin, and with what ``density`` per steradian they were drawn."""
+
+    origin: Any
+    density: Any
 
 
 @dataclass
@@ -48,17 +58,20 @@ def first_met(device: DeviceScene, index: int, ray, active, coherent: bool = Fal
     return Met(valid, triangle, mi.Point2f(hit.prim_uv), mi.Point3f(dr.select(valid, ray.o + ray.d * hit.t, 0.0)))
 
 
-def light_from(device: DeviceScene, met: Met, direction, active):  # type: ignore[no-untyped-def]
+def light_from(device: DeviceScene, met: Met, direction, active, drawn: Drawn | None = None):  # type: ignore[no-untyped-def]
     """Radiance that arrives from what is met, the environment where that is nothing; other objects, where they are met,
-    mirror on."""
-    surface, light = arrive(device, met.triangle, met.uv, direction, active, met.valid)
+    mirror on. Of emitters only the share of rays that were ``drawn``."""
+    distance, density = (1.0, dr.inf) if drawn is None else (met.distance(drawn.origin), drawn.density)
+    surface, light = arrive_drawn(device, met.triangle, met.uv, direction, active, met.valid, distance, density)
     if len(device.scene.objects) > 1 and not device.through:
         goes_on = active & surface.reflects
         light += dr.select(goes_on, sent_on(device, surface, direction, goes_on), 0.0)
     return light
 
 
-def peeled(device: DeviceScene, index: int, met: Met, direction, active, shells: Shells) -> Iterator[ShellLight]:  # type: ignore[no-untyped-def]
+def peeled(  # type: ignore[no-untyped-def]
+    device: DeviceScene, index: int, met: Met, direction, active, shells: Shells, drawn: Drawn | None = None
+) -> Iterator[ShellLight]:
     """The shells along rays through object ``index``, the nearest first, from what they meet first."""
     origin = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in shells.origin))
     ends = [dr.opaque(mi.Float, float(end)) for end in shells.ends]
@@ -67,7 +80,28 @@ def peeled(device: DeviceScene, index: int, met: Met, direction, active, shells:
             met = _beyond(device, index, met, direction, active, origin, ends[number - 1])
         distance = met.distance(origin)
         present = active & (distance < ends[number]) if number < len(ends) else mi.Bool(active)
-        yield ShellLight(dr.select(present, light_from(device, met, direction, present), 0.0), present, distance)
+        light = light_from(device, met, direction, present, drawn)
+        yield ShellLight(dr.select(present, light, 0.0), present, distance)
+
+
+def seen_through(  # type: ignore[no-untyped-def]
+    device: DeviceScene, index: int, ray, distance, active, shells: Shells
+) -> Iterator[Any]:
+    """For each shell whether light from ``distance`` metres along rays through object ``index`` comes from there or
+    beyond, and from nothing else that is not nearer than the shell's beginning."""
+    if shells.count == 1:
+        others, _ = device.without_object(index)
+        yield active if others is None else active & ~others.ray_test(ray, False, active)
+        return
+    origin = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in shells.origin))
+    reach = dr.select(distance < ENDLESS, dr.norm(ray.o + ray.d * distance - origin), dr.inf)
+    met = first_met(device, index, ray, active)
+    for number in range(shells.count):
+        if number:
+            begin = dr.opaque(mi.Float, float(shells.ends[number - 1]))
+            active = active & (reach >= begin)
+            met = _beyond(device, index, met, ray.d, active, origin, begin)
+        yield active & ~(met.valid & (dr.norm(met.position - ray.o) < ray.maxt))
 
 
 def gone_through(device: DeviceScene, index: int, met: Met, direction, origin, reach) -> Met:  # type: ignore[no-untyped-def]

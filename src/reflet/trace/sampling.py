@@ -19,6 +19,14 @@ def shifted_hammersley(sample, count, key, seed):  # type: ignore[no-untyped-def
     return x - dr.floor(x), dr.minimum(y, 1.0 - 2.0**-24)
 
 
+def shifted_multiples(sample, fractions: tuple[int, ...], key, seed):  # type: ignore[no-untyped-def]
+    """Multiples number ``sample`` of 32-bit ``fractions`` modulo 1, each shifted around by an offset that follows from
+    ``key`` and ``seed``."""
+    offsets = (mi.sample_tea_32(key, seed ^ mi.UInt32(fraction), 4)[0] for fraction in fractions)
+    bits = [sample * mi.UInt32(fraction) + offset for fraction, offset in zip(fractions, offsets, strict=True)]
+    return [mi.Float(each >> 8) * 2.0**-24 for each in bits]
+
+
 def shifts(key, seed):  # type: ignore[no-untyped-def]
     """A number in [0, 1) for each ``key``, as if random."""
     bits, _ = mi.sample_tea_32(key, seed, 4)

@@ -13,6 +13,8 @@ from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import SegmentedLayers, Shells
 from reflet.trace.light.radiance import arrive, kept, leave, medium_after, pass_through, radiance, sent_on
+from reflet.trace.lobe_layers import trace_lobes
+from reflet.trace.lobe_sums import lobe_rows, sum_lobes
 from reflet.trace.peel import Met, first_met, peeled
 from reflet.trace.sampling import block_means
 from reflet.trace.visible import candidates
@@ -32,8 +34,9 @@ def segmented_layers(
     only the objects' pixels are traced. ``shells`` divide the distant layer of each object. Of glass the distant layer
     and alpha are those of the mirrored ray, as of a mirror; all that comes through it is local light, over its
     reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly shows, and what is
-    inferred from the distant layer serves it like a mirror. Implements [Hakura01, sec. 4]: the distant layer's mirrored
-    ray passes through all parts of its own object, or through those that the device says.
+    inferred from the distant layer serves it like a mirror. Of rough parts: `reflet.trace.lobe_sums`. Implements
+    [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or through those
+    that the device says.
     """
     rays = CameraRays(camera, spp, seed)
     most = max(each.count for each in shells)
@@ -68,7 +71,8 @@ def _object_rows(
     slot_of_part = np.full(len(device.scene.parts), -1, np.int32)
     found = [(np.zeros(0, np.int32),) * 2 + (np.zeros((0, channel_count), np.float32), np.zeros(0, np.float32))]
     for batch in rays.batches(pixels):
-        part, channels = _trace_batch(device, rays, index, batch, shells)
+        trace = trace_lobes if device.has_rough else _trace_batch
+        part, channels = trace(device, rays, index, batch, shells)
         # sums are kept for each pixel and part: where parts are many, for few pixels and what they see at a time
         step = len(batch) if len(parts) <= MANY_PARTS else FEW_PIXELS
         for first in range(0, len(batch), step):
@@ -76,12 +80,15 @@ def _object_rows(
             some = parts if len(parts) <= MANY_PARTS else np.intersect1d(parts, part[span].astype(np.int32))
             slot_of_part[some] = np.arange(len(some))
             seen = [channel[span] for channel in channels]
-            sums, counts = _sum_by_part(part[span], slot_of_part, seen, rays.spp, len(pixel), len(some), channel_count)
+            sum_up = sum_lobes if device.has_rough else _sum_by_part
+            sums, counts = sum_up(part[span], slot_of_part, seen, rays.spp, len(pixel), len(some))
             at, slot = np.nonzero(counts)
             count = counts[at, slot].astype(np.float64)
             order = np.lexsort((some[slot], at))
             at, slot, count = at[order], slot[order], count[order]
-            means = (sums[at, slot] / count[:, None]).astype(np.float32)
+            rows = lobe_rows(sums[at, slot], count) if device.has_rough else sums[at, slot] / count[:, None]
+            means = np.zeros((len(at), channel_count), np.float32)  # where others have more shells
+            means[:, : rows.shape[1]] = rows
             found.append((pixel[at], some[slot], means, (count / rays.spp).astype(np.float32)))
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))
 
@@ -156,16 +163,10 @@ def _sum_samples(part, slot_of_part, channels, spp, sums, counts):  # type: igno
 
 
 def _sum_by_part(
-    part: np.ndarray,
-    slot_of_part: np.ndarray,
-    channels: list[np.ndarray],
-    spp: int,
-    pixels: int,
-    parts: int,
-    channel_count: int,
+    part: np.ndarray, slot_of_part: np.ndarray, channels: list[np.ndarray], spp: int, pixels: int, parts: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums over each pixel's samples, apart for each part, in the samples' order: the same on every run."""
-    sums, counts = np.zeros((pixels, parts, channel_count)), np.zeros((pixels, parts), np.int32)
+    sums, counts = np.zeros((pixels, parts, len(channels) + 3)), np.zeros((pixels, parts), np.int32)
     _sum_samples(part, slot_of_part, tuple(channels), spp, sums, counts)
     return sums, counts
 

@@ -6,8 +6,10 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from reflet.reflectance.materials.material import DIELECTRIC_F0
 from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
 from reflet.trace.glass import glass_reflectance, refracted
+from reflet.trace.lobe import LEAST_ROUGHNESS, GlossyLobe
 
 BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
 OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest coordinate there
@@ -25,6 +27,10 @@ class Surface:
 
     ``passes`` marks what is of glass and reflects, where scenes have any: what is not reflected goes on along
     ``refracted``, times ``transmittance``. ``absorption``, per metre, is that of the inside; 0 of thin sheets.
+
+    ``rough`` marks what reflects by a ``lobe``, where scenes have any: its F is Schlick's of ``f0`` and ``f90``, which
+    count light that bounces between microfacets; ``albedo`` is what it would reflect of constant light for F = 1. There
+    ``fresnel`` is the directional albedo, and diffuse is what the dielectric's leaves.
     """
 
     visible: Any
@@ -46,6 +52,11 @@ class Surface:
     refracted: Any = None
     transmittance: Any = 0.0
     absorption: Any = 0.0
+    rough: Any = False
+    lobe: GlossyLobe | None = None
+    f0: Any = None
+    f90: Any = None
+    albedo: Any = 1.0
 
 
 def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface:  # type: ignore[no-untyped-def]
@@ -80,6 +91,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     emission_scale = dr.gather(mi.Vector4f, device.part_emission_scale, part, valid)
     base_color = mi.Color3f(color_metallic.x, color_metallic.y, color_metallic.z)
     metallic = color_metallic.w
+    roughness = dr.gather(mi.Float, device.part_roughness, part, valid) if device.has_rough else mi.Float(0.0)
     emission = mi.Color3f(emission_scale.x, emission_scale.y, emission_scale.z)
     normal = mi.Vector3f(bt.x, bt.y, bt.z)
     if device.has_colors:
@@ -88,7 +100,9 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         base_color *= mi.Color3f(color.x, color.y, color.z)
     if device.has_textures:
         base_color *= _texture(device, slots.x, texcoords, visible, srgb=True)
-        metallic *= _texture(device, slots.y, texcoords, visible & (owner > 0), srgb=False).z
+        other = _texture(device, slots.y, texcoords, visible & (owner > 0), srgb=False)
+        metallic *= other.z
+        roughness *= other.y
         emission *= _texture(device, slots.w, texcoords, visible, srgb=True)
     smooth = _unit(normal, geometric)
     if device.has_normal_maps:
@@ -119,6 +133,18 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
             "transmittance": base_color * transmission,
             "absorption": dr.select(passes, mi.Color3f(dense.x, dense.y, dense.z), 0.0),
         }
+    rough: dict[str, Any] = {}
+    if device.has_rough:
+        lobe = GlossyLobe(-direction, normal, geometric, roughness)
+        by_lobe = reflects & ~passes & (roughness >= LEAST_ROUGHNESS)
+        a, b = dfg_at(device, lobe.n_dot_v, roughness)
+        lost = 1.0 / (a + b) - 1.0
+        paint, metal = 1.0 + DIELECTRIC_F0 * lost, 1.0 + base_color * lost
+        f0 = dr.lerp(DIELECTRIC_F0 * paint, base_color * metal, metallic)
+        f90 = dr.lerp(mi.Color3f(paint), metal, metallic)
+        rough = {"rough": by_lobe, "lobe": lobe, "f0": f0, "f90": f90, "albedo": a + b}
+        fresnel = dr.select(by_lobe, f0 * a + f90 * b, fresnel)
+        diffuse *= dr.select(by_lobe, 1.0 - (DIELECTRIC_F0 * a + b) * paint, 1.0)
     radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible)
     return Surface(
         visible=visible,
@@ -138,7 +164,16 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         mirrored=mirrored,
         passes=passes,
         **glass,
+        **rough,
     )
+
+
+def dfg_at(device: DeviceScene, n_dot_v, perceptual_roughness):  # type: ignore[no-untyped-def]
+    """A and B, as of `dfg_lookup`."""
+    rows, columns = device.dfg.shape[:2]
+    x = (dr.sqrt(n_dot_v) * (columns - 1.0) + 0.5) / columns
+    y = (perceptual_roughness * (rows - 1.0) + 0.5) / rows
+    return device.dfg.eval(mi.Point2f(x, y))
 
 
 def _unit(vector, otherwise):  # type: ignore[no-untyped-def]

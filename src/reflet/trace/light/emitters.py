@@ -10,6 +10,7 @@ import numpy as np
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.surface import environment_radiance, sky_lookup, surface_at
 
+BRIGHTER = 1.0 + 1e-6  # than the mean, beyond rounding
 PROBES = 16  # points a triangle at which its emission is averaged for its share of the samples
 
 
@@ -17,24 +18,40 @@ PROBES = 16  # points a triangle at which its emission is averaged for its share
 class LightSample:
     """Directions towards emitters, their densities per steradian, and the radiance from there if nothing blocks.
 
-    ``distance`` is how far the ray may go unblocked.
+    ``distance`` is how far the ray may go unblocked. ``surface`` is that of an emitting triangle, where there are any
+    and ``on_triangle`` says that one was chosen.
     """
 
     direction: Any
     distance: Any
     density: Any
     radiance: Any
+    surface: Any
+    on_triangle: Any
 
 
 class Emitters:
-    """All emitters of a scene. Triangles and the environment, where both emit, get half of the samples each."""
+    """All emitters of a scene. Triangles and the environment, where both emit, get half of the samples each.
 
-    def __init__(self, device: DeviceScene) -> None:
+    ``compensated`` chooses directions of the environment by how much brighter than its mean they are, for use beside
+    samples that see all of it well enough but what is bright [Karlik19]; an even sky then has no share.
+    """
+
+    def __init__(self, device: DeviceScene, compensated: bool = False) -> None:
         self.device = device
         power, area = _triangle_power(device)
         self.has_triangles = bool(power.any())
         light = device.scene.environment
-        self.has_environment = light is not None and bool(light.radiance.any())
+        if light is not None:
+            height, width = light.radiance.shape[:2]
+            sine = np.sin((np.arange(height) + 0.5) * np.pi / height)[:, None]
+            brightness = light.radiance.mean(-1, dtype=np.float64)
+            if compensated:
+                mean = float((brightness * sine).sum() / (width * sine.sum()))
+                brightness = np.maximum(brightness - BRIGHTER * mean, 0.0)
+            weight = brightness * sine
+        self.has_environment = light is not None and bool(weight.any())
+        self.any = self.has_triangles or self.has_environment
         self.environment_share = float(self.has_environment) / (1.0 + float(self.has_triangles))
         if self.has_triangles:
             lit = np.flatnonzero(power)
@@ -42,10 +59,7 @@ class Emitters:
             self.triangles = mi.UInt32(lit.astype(np.uint32))
             self.choice = mi.DiscreteDistribution(mi.Float(power[lit].astype(np.float32)))
             self.density = mi.Float((chance / np.maximum(area, 1e-30)).astype(np.float32))
-        if light is not None and self.has_environment:
-            height, width = light.radiance.shape[:2]
-            sine = np.sin((np.arange(height) + 0.5) * np.pi / height)
-            weight = light.radiance.mean(-1, dtype=np.float64) * sine[:, None]
+        if self.has_environment:
             self.pixel = mi.DiscreteDistribution(mi.Float((weight / weight.max()).ravel().astype(np.float32)))
             # Four wide, as pixels of the environment are.
             pixel_density = weight / weight.sum() * (height * width * self.environment_share)
@@ -56,6 +70,7 @@ class Emitters:
         none = mi.Bool(False)
         direction, distance, density = mi.Vector3f(0.0, 1.0, 0.0), mi.Float(1.0), mi.Float(0.0)
         light = mi.Color3f(0.0)
+        surface, on = None, none
         to_environment = active & (u[0] < self.environment_share) if self.has_environment else none
         if self.has_triangles:
             on = active & ~to_environment
@@ -76,7 +91,7 @@ class Emitters:
             distance = dr.select(to_environment, dr.largest(mi.Float), distance)
             density = dr.select(to_environment, self.density_of_escape(out, to_environment), density)
             light = dr.select(to_environment, environment_radiance(self.device, out, to_environment), light)
-        return LightSample(direction, distance, density, dr.select(density > 0.0, light, 0.0))
+        return LightSample(direction, distance, density, dr.select(density > 0.0, light, 0.0), surface, on)
 
     def density_of_hit(self, triangle, normal, direction, distance, active):  # type: ignore[no-untyped-def]
         """Density per steradian with which `sample` picks the point of a triangle that a ray ends on."""
@@ -106,6 +121,13 @@ class Emitters:
         sin_phi, cos_phi = dr.sincos((x - 0.5) * dr.two_pi)
         sin_theta, cos_theta = dr.sincos(y * dr.pi)
         return mi.Vector3f(cos_phi * sin_theta, cos_theta, sin_phi * sin_theta)
+
+
+def emitters_of(device: DeviceScene) -> Emitters:
+    """The compensated emitters of a scene, found once. Not to be asked for first while a kernel's loop is recorded."""
+    if device.emitters is None:
+        device.emitters = Emitters(device, compensated=True)
+    return device.emitters  # type: ignore[no-any-return]
 
 
 def _point_on(device: DeviceScene, triangle, uv, active):  # type: ignore[no-untyped-def]

@@ -1,32 +1,45 @@
-"""Radiance along rays through a scene whose diffuse light is cached: mirrors and glass are followed, all else is looked
-up."""
+"""Radiance along rays through a scene whose diffuse light is cached: mirrors, lobes and glass are followed, all else is
+looked up.
+
+**Lobes.** Where a surface is rough one ray follows its lobe and one looks for an emitter
+(`reflet.trace.light.found_light`). The emitter that a lobe's ray ends on counts as far as the other one does not find
+it, by the balance heuristic [VeachGuibas95]: a ray has the ``density`` per steradian that it was drawn with, infinite
+where nothing was drawn.
+"""
 
 import drjit as dr
 import mitsuba as mi
 
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.emitters import emitters_of
+from reflet.trace.light.found_light import found_light
+from reflet.trace.lobe import schlick
 from reflet.trace.surface import Surface, environment_radiance, surface_at
 
 MAX_BOUNCES = 8  # mirrored rays followed after the first; what is left of 0.65 is 2 %
 MAX_GLASS_BOUNCES = 64  # where there is glass: little is lost from bounce to bounce
 
 
-def radiance(device: DeviceScene, ray, active, medium=0.0):  # type: ignore[no-untyped-def]
+def radiance(device: DeviceScene, ray, active, medium=0.0, density=dr.inf):  # type: ignore[no-untyped-def]
     """Radiance that arrives along rays of unit direction; black where ``active`` is false.
 
     Up to `MAX_BOUNCES` mirrored rays are followed; what the last one's mirror reflects is black. Backs of single-sided
     faces are black. Rays that meet glass go on by reflection or refraction, at random by what is reflected; up to
-    `MAX_GLASS_BOUNCES` of them. They begin within what absorbs ``medium`` a metre.
+    `MAX_GLASS_BOUNCES` of them; those that meet something rough go on at random in its lobe. They begin within what
+    absorbs ``medium`` a metre. Of emitters that rays of this ``density`` end on it is the rays' share.
     """
     most = MAX_GLASS_BOUNCES if device.has_glass else MAX_BOUNCES
+    looks = device.has_rough and emitters_of(device).any
 
-    def bounce(lanes, ray, arriving, throughput, medium, left):  # type: ignore[no-untyped-def]
+    def bounce(lanes, ray, arriving, throughput, medium, left, density):  # type: ignore[no-untyped-def]
         hit = device.all.ray_intersect_preliminary(ray, coherent=False, active=lanes)
-        surface, light = arrive(device, hit.prim_index, hit.prim_uv, ray.d, lanes, hit.is_valid())
+        surface, light = arrive_drawn(device, hit.prim_index, hit.prim_uv, ray.d, lanes, hit.is_valid(), hit.t, density)
         throughput = throughput * kept(device, medium, hit.t, hit.is_valid())
         lanes = surface.reflects & (left > 0)
-        following, share, medium = goes_on(device, surface, ray.d, medium)
-        return lanes, following, arriving + throughput * light, throughput * share, medium, left - 1
+        if looks:
+            light += _lit(device, surface, ray.d, lanes)
+        following, share, medium, density = goes_on(device, surface, ray.d, medium)
+        return lanes, following, arriving + throughput * light, throughput * share, medium, left - 1, density
 
     start = (
         mi.Bool(active),
@@ -35,26 +48,49 @@ def radiance(device: DeviceScene, ray, active, medium=0.0):  # type: ignore[no-u
         mi.Color3f(1.0),
         mi.Color3f(medium),
         mi.UInt32(most),
+        mi.Float(density),
     )
     return dr.while_loop(start, lambda lanes, *_: lanes, bounce, max_iterations=most + 1)[2]
 
 
 def sent_on(device: DeviceScene, surface: Surface, direction, active, medium=0.0):  # type: ignore[no-untyped-def]
-    """Radiance that a surface sends back along rays that met it by way of its mirror, or through it."""
-    following, share, medium = goes_on(device, surface, direction, medium)
-    return share * radiance(device, following, active, medium)
+    """Radiance that a surface sends back along rays that met it by way of its mirror or lobe, or through it."""
+    following, share, medium, density = goes_on(device, surface, direction, medium)
+    light = share * radiance(device, following, active, medium, density)
+    if device.has_rough and emitters_of(device).any:
+        light += _lit(device, surface, direction, active)
+    return light
 
 
 def goes_on(device: DeviceScene, surface: Surface, direction, medium):  # type: ignore[no-untyped-def]
-    """The ray that goes on from a surface, the share of its radiance that counts, and what absorbs it on its way.
+    """The ray that goes on from a surface, the share of its radiance that counts, what absorbs it on its way, and its
+    density.
 
-    At glass a number decides that follows from the ray alone: the same rays always go the same ways.
+    At glass and in lobes numbers decide that follow from the ray alone: the same rays always go the same ways.
     """
-    if not device.has_glass:
-        return leave(surface), surface.fresnel, medium
-    through = surface.passes & (_chance(direction, surface.position) >= surface.fresnel.x)
-    share = dr.select(through, surface.transmittance, dr.select(surface.passes, 1.0, surface.fresnel))
-    return _ray(surface, through), share, medium_after(surface, through, medium)
+    ray, share, density = leave(surface), surface.fresnel, mi.Float(dr.inf)
+    if device.has_glass:
+        through = surface.passes & (_chances(direction, surface.position, 0)[0] >= surface.fresnel.x)
+        share = dr.select(through, surface.transmittance, dr.select(surface.passes, 1.0, surface.fresnel))
+        ray, medium = _ray(surface, through), medium_after(surface, through, medium)
+    if device.has_rough:
+        point = mi.Point2f(*_chances(direction, surface.position, 1))
+        drawn, own, weight, v_dot_h = surface.lobe.draw(point)  # type: ignore[union-attr]
+        above = dr.dot(drawn, surface.geometric_normal) > 0.0
+        glossy = dr.select(above, weight * schlick(surface.f0, surface.f90, v_dot_h), 0.0)
+        share = dr.select(surface.rough, glossy, share)
+        density = dr.select(surface.rough, own, density)
+        ray = mi.Ray3f(ray.o, dr.select(surface.rough, drawn, ray.d))
+    return ray, share, medium, density
+
+
+def _lit(device: DeviceScene, surface: Surface, direction, active):  # type: ignore[no-untyped-def]
+    """Radiance that rough surfaces send back along rays, from emitters that are looked for."""
+    numbers = _chances(direction, surface.position, 2) + _chances(direction, surface.position, 3)
+    found = found_light(device, surface, numbers[:3], active)
+    blocked = device.all.ray_test(found.ray, False, found.lit & found.above)
+    share = schlick(surface.f0, surface.f90, found.v_dot_h)
+    return dr.select(found.lit & found.above & ~blocked, share * found.light, 0.0)
 
 
 def medium_after(surface: Surface, through, medium):  # type: ignore[no-untyped-def]
@@ -70,15 +106,14 @@ def kept(device: DeviceScene, medium, distance, hits):  # type: ignore[no-untype
     return dr.select(hits, dr.exp(-mi.Color3f(medium) * distance), 1.0)
 
 
-def _chance(direction, position):  # type: ignore[no-untyped-def]
-    """Numbers in [0, 1), as if random: a ray that is mirrored to and fro meets glass in the same direction again, but
-    elsewhere."""
+def _chances(direction, position, salt: int):  # type: ignore[no-untyped-def]
+    """Two numbers in [0, 1), as if random, others for each ``salt``: a ray that is mirrored to and fro meets glass in
+    the same direction again, but elsewhere."""
     u, v, w = (dr.reinterpret_array(mi.UInt32, axis) for axis in direction)
     x, y, z = (dr.reinterpret_array(mi.UInt32, axis) for axis in position)
     first, _ = mi.sample_tea_32(u, v, 4)
     second, _ = mi.sample_tea_32(x ^ w, y, 4)
-    bits, _ = mi.sample_tea_32(first ^ z, second, 4)
-    return mi.Float(bits >> 8) * 2.0**-24
+    return tuple(mi.Float(bits >> 8) * 2.0**-24 for bits in mi.sample_tea_32(first ^ z, second ^ mi.UInt32(salt), 4))
 
 
 def arrive(device: DeviceScene, triangle, uv, direction, active, hits):  # type: ignore[no-untyped-def]
@@ -89,6 +124,21 @@ def arrive(device: DeviceScene, triangle, uv, direction, active, hits):  # type:
     surface = surface_at(device, triangle, uv, direction, active & hits)
     escaped = active & ~hits
     light = dr.select(escaped, environment_radiance(device, direction, escaped), surface.glow)
+    return surface, light
+
+
+def arrive_drawn(device: DeviceScene, triangle, uv, direction, active, hits, distance, density):  # type: ignore[no-untyped-def]
+    """`arrive` by rays drawn with some ``density`` that end after ``distance`` metres: of emitters only their share."""
+    surface, light = arrive(device, triangle, uv, direction, active, hits)
+    if device.has_rough and emitters_of(device).any:
+        emitters = emitters_of(device)
+        other = emitters.density_of_hit(triangle, surface.geometric_normal, direction, distance, surface.visible)
+        emitted = dr.select(surface.visible, surface.emission, 0.0)
+        light -= emitted * (other / dr.maximum(density + other, 1e-20))
+        if emitters.has_environment:
+            escaped = active & ~hits
+            other = emitters.density_of_escape(direction, escaped)
+            light -= dr.select(escaped, light * (other / dr.maximum(density + other, 1e-20)), 0.0)
     return surface, light
 
 

@@ -28,7 +28,7 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.reflectance.brdfs.dfg import dfg
-from reflet.trace.references.glossy_lobe import GlossyLobe
+from reflet.trace.lobe import GlossyLobe, schlick
 from reflet.trace.references.sides import sides, turned
 
 TABLE_SIZE, TABLE_SAMPLES = 48, 2048
@@ -93,7 +93,7 @@ def _register(variant: str) -> None:
             direction = dr.select(glossy, hit.specular.sample(sample2), direction)
             mirrors = glossy & hit.specular.smooth
             cosine = dr.clip(dr.dot(si.to_world(si.wi), hit.n), 0.0, 1.0)
-            whole = hit.below * _schlick(hit.f0, hit.f90, cosine)
+            whole = hit.below * schlick(hit.f0, hit.f90, cosine)
             if hit.coat is not None:
                 direction = dr.select(coats, hit.coat.sample(sample2), direction)
                 mirrors |= coats & hit.coat.smooth
@@ -132,8 +132,8 @@ def _register(variant: str) -> None:
             cosine = dr.maximum(dr.dot(hit.n, direction), 0.0) * dr.inv_pi
             left = 1.0
             if self.single_scattering:
-                left = 1.0 - _schlick(float(dr.max(self.dielectric_f0)), self.specular, v_dot_h)
-            value = _schlick(*hit.gained, v_dot_h) * shape + hit.diffuse * left * cosine
+                left = 1.0 - schlick(float(dr.max(self.dielectric_f0)), self.specular, v_dot_h)
+            value = schlick(*hit.gained, v_dot_h) * shape + hit.diffuse * left * cosine
             value, density = hit.below * value, specular_share * density + diffuse_share * cosine
             if hit.coat is not None:
                 shape, own, _ = hit.coat.evaluate(direction)
@@ -152,7 +152,7 @@ def _register(variant: str) -> None:
             f0 = dr.lerp(mi.Color3f(self.dielectric_f0), color, metallic)
             f90 = dr.lerp(mi.Float(self.specular), 1.0, metallic)
             diffuse = color * (1.0 - metallic)
-            gained, albedo = (f0, f90), _schlick(f0, f90, lobe.n_dot_v)
+            gained, albedo = (f0, f90), schlick(f0, f90, lobe.n_dot_v)
             if not self.single_scattering:
                 grazing = dr.power(1.0 - lobe.n_dot_v, 5)
                 inset = (TABLE_SIZE - 1.0) / TABLE_SIZE
@@ -171,7 +171,7 @@ def _register(variant: str) -> None:
             coat, fresnel = None, mi.Float(0.0)
             if self.clearcoat > 0.0:
                 coat = GlossyLobe(towards, smooth_normal, ng, mi.Float(self.clearcoat_roughness))
-                fresnel = self.clearcoat * _schlick(mi.Float(COAT_F0), 1.0, coat.n_dot_v)
+                fresnel = self.clearcoat * schlick(mi.Float(COAT_F0), 1.0, coat.n_dot_v)
             shares = _shares(fresnel, (1.0 - fresnel) * dr.mean(albedo), (1.0 - fresnel) * dr.mean(diffuse))
             return _Hit(
                 ng, n, visible, lobe, coat, f0, f90, gained, diffuse, 1.0 - fresnel, fresnel, shares
@@ -197,10 +197,6 @@ def _albedos() -> np.ndarray:
     place = np.linspace(0.0, 1.0, TABLE_SIZE)
     n_dot_v = np.maximum(place, 1e-3) ** 2
     return np.stack([dfg(n_dot_v, float(r**2), TABLE_SAMPLES) for r in place]).astype(np.float32)
-
-
-def _schlick(f0, f90, cosine):  # type: ignore[no-untyped-def]
-    return f0 + (f90 - f0) * dr.power(1.0 - cosine, 5)
 
 
 def _unit(vector, otherwise):  # type: ignore[no-untyped-def]

@@ -5,7 +5,8 @@ from functools import cache
 import drjit as dr
 import mitsuba as mi
 
-from reflet.trace.references.sides import mirrored, sides
+from reflet.trace.lobe import mirrored
+from reflet.trace.references.sides import sides
 
 
 @cache

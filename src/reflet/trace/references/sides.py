@@ -1,9 +1,7 @@
-"""What the project's BSDFs share: which side of a surface is seen, and where its mirror sends the viewer."""
+"""What the project's BSDFs share: which side of a surface is seen."""
 
 import drjit as dr
 import mitsuba as mi
-
-LEAST_CLIMB = 1e-3  # of a mirrored ray above the geometric surface
 
 
 def sides(si, double_sided: bool, active):  # type: ignore[no-untyped-def]
@@ -18,11 +16,3 @@ def sides(si, double_sided: bool, active):  # type: ignore[no-untyped-def]
 def turned(n, ng):  # type: ignore[no-untyped-def]
     """A shading normal on the side of the geometric one."""
     return dr.select(dr.dot(n, ng) < 0.0, -n, n)
-
-
-def mirrored(towards, n, ng):  # type: ignore[no-untyped-def]
-    """The viewer's direction mirrored at n, bent above the surface as CONVENTIONS.md says; and whether it was bent."""
-    straight = 2.0 * dr.dot(towards, n) * n - towards
-    climb = dr.dot(straight, ng)
-    bends = climb < LEAST_CLIMB
-    return dr.select(bends, dr.normalize(straight + (LEAST_CLIMB - climb) * ng), straight), bends

@@ -1,11 +1,26 @@
-"""GGX's lobe at the hits of many rays, down to the perfect mirror."""
+"""What a surface mirrors, on the device: a single direction, or GGX's lobe about it."""
 
 import drjit as dr
 import mitsuba as mi
 
-from reflet.trace.references.sides import mirrored
-
+LEAST_CLIMB = 1e-3  # of a mirrored ray above the geometric surface, see CONVENTIONS.md
 LEAST_ALPHA = 1e-4  # below, GGX is a mirror to float32
+# Below this perceptual_roughness segmented tracing takes a lobe for a mirror: half of what it shows lies within
+# 2α = 1.8 mrad of the mirrored direction, less than a texel of a cube of 512² (3.1 mrad) and a pixel of most pictures.
+LEAST_ROUGHNESS = 0.03
+
+
+def mirrored(towards, n, ng):  # type: ignore[no-untyped-def]
+    """The viewer's direction mirrored at n, bent above the surface as CONVENTIONS.md says; and whether it was bent."""
+    straight = 2.0 * dr.dot(towards, n) * n - towards
+    climb = dr.dot(straight, ng)
+    bends = climb < LEAST_CLIMB
+    return dr.select(bends, dr.normalize(straight + (LEAST_CLIMB - climb) * ng), straight), bends
+
+
+def schlick(f0, f90, cosine):  # type: ignore[no-untyped-def]
+    """Schlick's Fresnel term for the cosine v·h [Schlick94]."""
+    return f0 + (f90 - f0) * dr.power(1.0 - cosine, 5)
 
 
 class GlossyLobe:
@@ -32,6 +47,13 @@ class GlossyLobe:
         h, _ = self._distribution.sample(self._view, point)
         drawn = self._frame.to_world(2.0 * dr.dot(self._view, h) * h - self._view)
         return dr.select(self.smooth, self.mirrored, drawn)
+
+    def draw(self, point):  # type: ignore[no-untyped-def]
+        """A `sample`, its density per steradian, its weight G2/G1, which is 0 where it leaves the lobe's hemisphere,
+        and v·h. Not of smooth lobes."""
+        direction = self.sample(point)
+        shape, density, v_dot_h = self.evaluate(direction)
+        return direction, density, dr.select(density > 0.0, shape / dr.maximum(density, 1e-20), 0.0), v_dot_h
 
     def evaluate(self, direction):  # type: ignore[no-untyped-def]
         """D·V·n·l, what `sample` draws there per steradian, and v·h.
