@@ -1,19 +1,23 @@
 # make demo   bakes the built-in scene, writes a comparison figure and a page into out/
-# make test   lints, type-checks, builds the web part and runs all tests
-# Both set up everything they need first.
+# make test   lints, type-checks, builds the web part and runs all tests but the slow ones
+# make slow   runs those: what they find quick ones find too, or it rarely breaks
+# All set up everything they need first.
 
 PY := .venv/bin/python
 WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print) $(wildcard src/reflet/shaders/*.wgsl)
 VIEWER := src/reflet/view/static/index.html
 
-.PHONY: demo test lint figures web lock clean
+.PHONY: demo test slow lint figures web lock clean
 .DELETE_ON_ERROR:
 
 demo: .venv/.ready $(VIEWER)
 	$(PY) examples/demo.py out
 
 test: lint .venv/.browser $(VIEWER)
-	$(PY) -m pytest -n 2 --dist loadfile
+	$(PY) -m pytest -n 2 --dist loadfile -m "not slow"
+
+slow: .venv/.browser $(VIEWER)
+	$(PY) -m pytest -n 2 --dist load -m slow
 
 lint: .venv/.ready web/node_modules/.ready
 	.venv/bin/ruff check src tests examples benchmarks

@@ -1,35 +1,12 @@
-// Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER OTHERS.
-// ADDRESS serves a small PEM, ORBIT_ADDRESS one of many viewpoints, OTHERS (JSON: by name {address, viewpoint}) PEMs of
-// other kinds and where each is seen from. Judging is tests/view/test_viewer.py's part.
+// Uses the viewer as a person would and writes down what it shows: node viewer.mjs ADDRESS ORBIT_ADDRESS FOLDER. ADDRESS serves
+// a small PEM, ORBIT_ADDRESS one of many viewpoints. Judging is tests/view/test_viewer.py's part.
 
-import { writeFile } from "node:fs/promises";
-import { join } from "node:path";
-import { withPage } from "./browser.mjs";
+import { withViewer } from "./viewer-page.mjs";
 
-const [address, orbitAddress, folder, others] = process.argv.slice(2);
-const browser = { width: 480, height: 360, scale: 0.25 }; // few pixels on the screen: they are drawn by software
+const [address, orbitAddress, folder] = process.argv.slice(2);
 const screen = [120, 90];
-const small = [64, 48];
-const seen = { complaints: [], frames: {} };
 
-await withPage(async (page) => {
-  page.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) seen.complaints.push(message.text());
-  });
-  page.on("pageerror", (error) => seen.complaints.push(error.message));
-
-  const viewer = (use, argument) =>
-    page.evaluate(`(${use})(document.querySelector("reflet-viewer"), ${JSON.stringify(argument)})`);
-  const viewpoint = () => viewer((element) => element.viewpoint);
-  const keep = async (name, samples, [width, height] = small) => {
-    const radiance = await viewer(
-      async (element, [w, h, s]) => Array.from((await element.rawFrame(w, h, s)).radiance),
-      [width, height, samples],
-    );
-    await writeFile(join(folder, `${name}.f32`), new Float32Array(radiance));
-    seen.frames[name] = { width, height, viewpoint: await viewpoint() };
-  };
-
+await withViewer(folder, async ({ page, viewer, viewpoint, keep, picture, seen }) => {
   await page.goto(address);
   await viewer((element) => element.ready);
   await keep("screen", "at rest", screen);
@@ -38,20 +15,6 @@ await withPage(async (page) => {
   await keep("home-in-motion", "in motion");
   await keep("home-multisampled", "multisampled");
 
-  // The canvas alone: the picture at rest, and the maps laid flat.
-  const picture = async (name, settings) => {
-    await page.addStyleTag({ content: "body { background: none }" });
-    const show = (visibility) =>
-      viewer((element, value) => {
-        for (const part of element.shadowRoot.querySelectorAll(".toggle, .panel")) part.style.visibility = value;
-      }, visibility);
-    await show("hidden");
-    await viewer((element, changed) => element.configure(changed), settings);
-    await viewer((element) => element.settled());
-    await page.screenshot({ path: join(folder, `${name}.png`) });
-    await viewer((element) => element.configure({ view: "picture" }));
-    await show("");
-  };
   seen.commands = await viewer(async (element) => {
     let count = 0;
     const submit = GPUQueue.prototype.submit;
@@ -66,6 +29,7 @@ await withPage(async (page) => {
     GPUQueue.prototype.submit = submit;
     return { settling, afterwards: count - settling };
   });
+  // The canvas alone: the picture at rest, and the maps laid flat.
   await picture("picture", {});
   await picture("maps", { view: "maps", layer: 1 });
 
@@ -111,47 +75,6 @@ await withPage(async (page) => {
   await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite_sphere");
   await keep("infinite-sphere", 4);
 
-  // Other kinds of PEMs.
-  for (const [name, { address: where, viewpoint: point }] of Object.entries(JSON.parse(others))) {
-    await page.goto(where);
-    if (name === "static") {
-      seen.settledSize = await viewer(async (element) => {
-        await element.ready;
-        await element.settled();
-        const { width, height } = element.shadowRoot.querySelector("canvas");
-        return [width, height];
-      });
-    }
-    await viewer((element) => element.ready);
-    await viewer((element, to) => {
-      element.viewpoint = to;
-    }, point);
-    await keep(name, 4);
-    if (["gazing_ball", "shells", "traced"].includes(name)) await keep(`${name}-multisampled`, "multisampled");
-    if (name === "traced") {
-      await page.getByRole("button", { name: "Settings" }).click();
-      await page.getByRole("radio", { name: "By origin" }).check();
-      await keep("traced-origin", 4);
-      await page.getByRole("radio", { name: "As seen" }).check();
-      await page.getByRole("checkbox", { name: "Local" }).uncheck();
-      await keep("traced-without", 4);
-    }
-    if (name === "shells") {
-      await picture("alpha", { view: "maps", layer: 0, mapShows: "alpha" });
-      await picture("distance", { view: "maps", layer: 0, mapShows: "distance" });
-      await picture("base", { view: "maps", layer: 1, mapShows: "distance", mapOf: "base" }); // it has no relief
-      await page.getByRole("button", { name: "Settings" }).click();
-      await page.getByRole("checkbox", { name: "balls 0" }).uncheck();
-      await keep("shells-far", 4);
-      await page.getByRole("radio", { name: "By origin" }).check();
-      await keep("shells-far-origin", 4);
-      await page.getByRole("radio", { name: "As seen" }).check();
-      await page.getByRole("checkbox", { name: "balls 0" }).check();
-      await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite sphere, all shells");
-      await keep("shells-infinite-sphere", 4);
-    }
-  }
-
   // Many viewpoints: all the way round, while maps come and go.
   await page.goto(orbitAddress);
   const residents = async () => {
@@ -185,6 +108,4 @@ await withPage(async (page) => {
   await page.evaluate(() => Object.defineProperty(navigator, "gpu", { value: undefined, configurable: true }));
   seen.notices.noWebGpu = await notice("scene/scene.gltf");
   seen.complaints = complaints; // the missing file just now is in the console, as it should be
-}, browser);
-
-await writeFile(join(folder, "seen.json"), JSON.stringify(seen));
+});
