@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from reflet.pipelines.bake import TIMINGS
+from reflet.pipelines.baking.timings import TIMINGS
 
 BAKE = [sys.executable, "-c", "from reflet.cli.main import main; main()", "bake"]
 OPTIONS = ["--views", "16", "--image-size", "224", "--em-size", "64", "--spp", "16"]  # viewpoints outlast the start

@@ -23,7 +23,8 @@ from reflet.envmap.sampling import valid_texels
 from reflet.files.pictures.png import write_png
 from reflet.pem.container import open_pem
 from reflet.pem.pem import ParameterizedEnvironmentMap
-from reflet.pipelines.bake import TIMINGS, bake
+from reflet.pipelines.bake import bake
+from reflet.pipelines.baking.timings import TIMINGS
 from reflet.pipelines.compare import REFERENCE_SEED, object_radiance, object_under_distant, straight
 from reflet.pipelines.load import load_scene
 from reflet.render.playback.renderer import Renderer

@@ -9,6 +9,7 @@ from PIL import Image
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow  # lobes and their maps are tested in tests/reflectance
 def test_any_brdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)  # for the table, which is an example of its own
     main = runpy.run_path(str(EXAMPLES / "any_brdf.py"))["main"]

@@ -4,11 +4,13 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow  # each method is tested for itself, against brute force, in tests/reflectance and tests/render
 def test_filtering_methods(tmp_path: Path) -> None:
     errors = runpy.run_path(str(EXAMPLES / "filtering_methods.py"))["main"](
         tmp_path, map_rows=64, picture=64, samples=1

@@ -12,6 +12,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow  # maps and mirrors are tested in their rooms; the page is here alone, and rarely changes
 def test_parameterizations(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main = runpy.run_path(str(EXAMPLES / "parameterizations.py"))["main"]
     main(tmp_path, picture=96, texels=6 * 64**2, samples=4)

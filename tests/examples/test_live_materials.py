@@ -10,6 +10,7 @@ from PIL import Image
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow  # captures, filters and materials are tested in tests/render
 def test_live_materials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)  # for the table, which is an example of its own
     example = runpy.run_path(str(EXAMPLES / "live_materials.py"))

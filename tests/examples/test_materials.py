@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -51,6 +52,7 @@ def test_prefiltered_maps(tmp_path: Path) -> None:
     assert steps[0] < 0.05 < steps[1]  # a cosine turns slowly, and lobes of some 10° leave the walls their edges
 
 
+@pytest.mark.slow  # captures and filters are tested in tests/render
 def test_glossy_every_frame(tmp_path: Path) -> None:
     main_of("glossy_every_frame")(tmp_path, picture=96, frames=2, map_rows=64)
     sheet = picture(tmp_path / "glossy.png")[TITLE:]
