@@ -126,12 +126,13 @@ PANEL = quad((-0.9, 0.0, 2.0), (1.8, 0.0, 0.0), (0.0, -0.9, 0.0))
 AT_2 = Shells((0.0, 0.0, -50.0), (52.5,))
 
 
-def lamp_scene(lamp: float, panel: float, sky: float) -> Tracer:
+def lamp_scene(lamp: float, panel: float, sky: float, through: tuple[int, ...] = ()) -> Tracer:
     """A rough plate under a lamp, of which a part of its own object hides the right half, a nearer panel the lower."""
     parts = [Part("plate", PLATE, rough(0.7), True), Part("lid", LID, rough(0.7), True)]
     for name, mesh, glow in (("lamp", LAMP, lamp), ("panel", PANEL, panel)):
         parts.append(Part(name, mesh, Material(name, (0.0, 0.0, 0.0), 1.0, emission=(glow,) * 3)))
-    return tracer_of(scene(parts, [(0, 1)], constant_light(sky)))
+    what = scene(parts, [(0, 1)], constant_light(sky))
+    return Tracer(what, irradiance=no_irradiance(what), through=through)
 
 
 def test_alpha_is_the_share_of_the_light_that_is_hidden() -> None:
@@ -167,6 +168,18 @@ def test_shells_compose_to_the_distant_layer() -> None:
     assert near[:, 0].mean() == pytest.approx(near[:, 3].mean(), rel=0.02)
     np.testing.assert_array_equal(far[:, 3], 1.0)
     assert 0.01 < near[:, 3].mean() < 0.5
+
+
+def test_light_of_companions_is_local() -> None:
+    """Rays go through the lamp and the panel: what these send is local, and nothing else changes what is seen."""
+    view = camera((0.0, 0.3, 2.0), 32)
+    apart, with_them = (lamp_scene(8.0, 1.0, 0.5, through).view(view, spp=64).layers for through in ((), (0, 1, 2, 3)))
+    np.testing.assert_allclose(with_them.distant, 0.5, rtol=1e-5)
+    # the same rays and emitters, summed in another order
+    np.testing.assert_allclose(with_them.combined, apart.combined, rtol=1e-4)
+    assert with_them.local.mean() > 0.1 and not apart.local.any()
+    # a lamp hides little of a sky that is even: its share of the lobe's weight
+    assert 0.02 < with_them.alpha.mean() < 0.5
 
 
 def everything() -> Scene:

@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Float32
 
-LANES = 1 << 20  # samples traced at a time: about 150 MB of results
+LANES = 1 << 20  # samples traced at a time: up to 250 MB of results
 _UNIT = 2.0**-32
 
 
