@@ -49,7 +49,7 @@ def sum_lobes(
 def _sum_samples(part, slot_of_part, flags, channels, spp, sums, counts):  # type: ignore[no-untyped-def]
     shells = (len(channels) - BEYOND) // 3
     for p in prange(len(counts)):
-        mean_weight = np.zeros(counts.shape[1])
+        mean_weight, light = np.zeros(counts.shape[1]), np.zeros(3)
         for k in range(p * spp, (p + 1) * spp):
             if part[k] != NOTHING:
                 slot = slot_of_part[part[k]]
@@ -67,7 +67,7 @@ def _sum_samples(part, slot_of_part, flags, channels, spp, sums, counts):  # typ
             for c in range(6):
                 row[c] += channels[c, k]
             # the ray: from the farthest shell to the nearest, what arrives if all before is taken away
-            light = np.zeros(3)
+            light[:] = 0.0
             for s in range(shells - 1, -1, -1):
                 at = S_SHELLS + S_SHELL * s
                 if flag >> (RAYS_SHELLS + s) & 1:
