@@ -12,7 +12,7 @@ from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, S
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.envmap.shapes import FAR_AWAY
-from reflet.errors import RefletError
+from reflet.errors import RefletError, RefletWarning
 from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
@@ -85,15 +85,19 @@ def test_looks_come_back(tmp_path, pem):
     pixels = random.integers(0, 255, (2, 3, 4)).astype(np.uint8)
     texture = Texture(pixels, ("mirror", "clamp"))
     material = replace(
-        ball.material, base_color_texture_srgb=texture, emission=(1.0, 1.0, 1.0),
+        ball.material, base_color_texture_srgb=texture, emission=(1.0, 1.0, 1.0), alpha=0.7, alpha_mode="mask",
+        alpha_cutoff=0.3, ior=1.7, specular=0.6, specular_color=(0.5, 1.0, 1.5), clearcoat=0.8, clearcoat_roughness=0.2,
         metallic_roughness_texture=replace(texture, coordinates=2),
         emission_texture_srgb=replace(texture, wraps=("clamp", "repeat"), coordinates=1),
     )  # fmt: skip
     ball = replace(ball, mesh=replace(ball.mesh, uv=uv, colors=colors, more_uv=(second, third)), material=material)
-    scene = replace(pem.scene, parts=(ball, *rest))
+    knob, *others = rest
+    knob = replace(knob, material=replace(knob.material, alpha=0.2, alpha_mode="blend", unlit=True))
+    scene = replace(pem.scene, parts=(ball, knob, *others))
     save_plain(tmp_path / "pem", replace(pem, scene=scene))
     assert same(scene, open_pem(tmp_path / "pem").scene)
-    read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
+    with pytest.warns(RefletWarning, match="coats are left out"):
+        read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
     assert same(read.mesh.colors, colors)
     for name, written in material.textures.items():
         if written is not None:

@@ -16,13 +16,13 @@ def test_fresnel_twins() -> None:
     let c = in0[i]; let n = in1[i]; let k = in2[i];
     out[3*i] = fresnel_dielectric(n, c);
     out[3*i+1] = fresnel_conductor(vec3f(n), vec3f(k), c).y;
-    out[3*i+2] = fresnel_schlick(vec3f(0.04), c).z;
+    out[3*i+2] = fresnel_schlick(vec3f(0.04), 0.7, c).z;
     """
     shader = run(code, [cosine[:, None], n[:, None], k[:, None]], 3).astype(np.float64)
     c, n, k = (x.astype(np.float64) for x in (cosine, n, k))
     # Some ten roundings of 6e-8.
     np.testing.assert_allclose(shader[:, 1], fresnel_conductor(c, n, k), atol=2e-6)
-    np.testing.assert_allclose(shader[:, 2], fresnel_schlick(c, 0.04), atol=2e-6)
+    np.testing.assert_allclose(shader[:, 2], fresnel_schlick(c, 0.04, 0.7), atol=2e-6)
     # Near the critical angle g is the root of a difference of two numbers near 1, and F falls with g: the rounding of
     # g² counts g times less. Elsewhere as above.
     g = np.sqrt(np.maximum(n * n - 1.0 + c * c, 0.0))

@@ -9,7 +9,7 @@ from gltf_files import TRIANGLE, Gltf, only_mesh, png, read_and_told, told
 from PIL import Image
 
 from reflet.errors import RefletError
-from reflet.scene.readers.gltf.specular_glossiness import metallic_roughness
+from reflet.scene.readers.gltf.materials.specular_glossiness import metallic_roughness
 
 UV = np.float32([[0, 0], [1, 0], [0, 1]])
 
@@ -151,39 +151,109 @@ def test_coordinates_that_are_missing_or_no_numbers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("mode", "cutoff", "factor", "texel", "said"),
+    ("mode", "cutoff", "factor", "texel", "seen"),
     [
-        ("OPAQUE", None, 0.2, 10, False),
-        ("BLEND", None, 1.0, 255, False),  # as many exporters mark everything
-        ("BLEND", None, 1.0, 254, True),
-        ("BLEND", None, 0.9, 255, True),
-        ("MASK", None, 1.0, 128, False),
-        ("MASK", None, 1.0, 127, True),
-        ("MASK", 0.1, 1.0, 127, False),
+        ("OPAQUE", None, 0.2, 10, "opaque"),
+        ("BLEND", None, 1.0, 255, "opaque"),  # as many exporters mark everything
+        ("BLEND", None, 1.0, 254, "blend"),
+        ("BLEND", None, 0.9, 255, "blend"),
+        ("MASK", None, 1.0, 128, "opaque"),
+        ("MASK", None, 1.0, 127, "mask"),
+        ("MASK", 0.1, 1.0, 127, "opaque"),
     ],
 )
-def test_only_what_is_transparent_is_said_to_be(tmp_path, mode, cutoff, factor, texel, said):
+def test_only_what_is_seen_through_is_no_longer_opaque(tmp_path, mode, cutoff, factor, texel, seen):
     gltf = textured(name="glass", alphaMode=mode)
     picture = gltf.texture(np.array([[[9, 9, 9, 255], [9, 9, 9, texel]]], np.uint8))
     color = {"baseColorFactor": [1, 1, 1, factor], "baseColorTexture": {"index": picture}}
     gltf.json["materials"][0]["pbrMetallicRoughness"] = color
     if cutoff is not None:
         gltf.json["materials"][0]["alphaCutoff"] = cutoff
-    expected = "a.gltf: what is transparent is shown opaque (1 of 1 materials: glass)."
-    assert told(gltf, tmp_path) == ([expected] if said else [])
+    parts, words = read_and_told(gltf, tmp_path)
+    material = parts[0].material
+    assert (material.alpha_mode, material.alpha) == (seen, factor) and words == []
+    assert material.alpha_cutoff == (0.5 if cutoff is None else cutoff)
+
+
+def test_colours_of_vertices_may_be_seen_through(tmp_path):
+    for alpha, mode in ((1.0, "opaque"), (0.5, "blend")):
+        gltf = Gltf().attribute("POSITION", TRIANGLE).material(alphaMode="BLEND")
+        gltf.attribute("COLOR_0", np.float32([[0, 1, 1, 1], [1, 1, 1, 1], [1, 1, 1, alpha]]), "VEC4")
+        assert gltf.read(tmp_path)[0].material.alpha_mode == mode
+
+
+def test_how_dielectrics_reflect(tmp_path):
+    """By index and by KHR_materials_specular: its colour at normal incidence, its factor at all angles."""
+    specular = {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 30]}
+    for extensions, f0, f90 in (
+        ({}, (0.04,) * 3, 1.0),
+        ({"KHR_materials_ior": {"ior": 1.33}}, ((0.33 / 2.33) ** 2,) * 3, 1.0),
+        ({"KHR_materials_ior": {"ior": 0}}, (1.0,) * 3, 1.0),
+        (
+            {"KHR_materials_specular": specular},
+            (0.02, 0.01, 0.5),
+            0.5,
+        ),
+    ):
+        material = textured(extensions=extensions).read(tmp_path)[0].material
+        assert material.dielectric_f0 == pytest.approx(f0, abs=1e-12) and material.dielectric_f90 == f90
+
+
+def test_coats_and_unlit_surfaces_are_kept(tmp_path):
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25}}
+    parts, words = read_and_told(textured(name="a", extensions=coat | {"KHR_materials_unlit": {}}), tmp_path)
+    material = parts[0].material
+    assert (material.clearcoat, material.clearcoat_roughness, material.unlit) == (0.5, 0.25, True)
+    assert words == ["a.gltf: KHR_materials_clearcoat is not honoured: coats are left out (1 of 1 materials: a)."]
+
+
+def test_textures_of_reflection_count_as_their_mean(tmp_path):
+    gltf = textured(name="a")
+    picture = gltf.texture(np.uint8([[[255, 188, 0, 51], [255, 188, 0, 255]]]))  # sRGB 188 is linear 0.503
+    both = {"specularTexture": {"index": picture}, "specularColorTexture": {"index": picture}}
+    gltf.json["materials"][0]["extensions"] = {"KHR_materials_specular": both}
+    parts, words = read_and_told(gltf, tmp_path)
+    material = parts[0].material
+    assert material.specular == pytest.approx(0.6) and material.specular_color == pytest.approx(
+        (1, 0.5029, 0), abs=1e-4
+    )
+    assert [word.split(" (")[0] for word in words] == [
+        "a.gltf: specularColorTexture counts as its mean", "a.gltf: specularTexture counts as its mean",
+    ]  # fmt: skip
+
+
+def test_factors_beyond_their_range_are_put_within_it_in_a_sentence(tmp_path):
+    gltf = textured(
+        name="odd", emissiveFactor=[-1, 0.5, 2], alphaMode="SOLID",
+        pbrMetallicRoughness={"metallicFactor": 1.5, "roughnessFactor": -0.1, "baseColorFactor": [2, 0.5, -1, 3]},
+        extensions={"KHR_materials_ior": {"ior": 0.7}},
+    )  # fmt: skip
+    parts, words = read_and_told(gltf, tmp_path)
+    material = parts[0].material
+    assert (material.metallic, material.perceptual_roughness, material.base_color) == (1.0, 0.0, (1.0, 0.5, 0.0))
+    assert (material.emission, material.alpha, material.ior) == ((0.0, 0.5, 2.0), 1.0, 1.0)
+    nearer = "below 0 or above 1 is taken as the nearer of them"
+    assert words == [
+        f"a.gltf: {what} (1 of 1 materials: odd)."
+        for what in (
+            f"baseColorFactor {nearer}", f"metallicFactor {nearer}", f"roughnessFactor {nearer}",
+            "emissiveFactor below 0 is taken as 0", "an alphaMode that there is not is taken as OPAQUE",
+            "an index of refraction below 1 is taken as 1",
+        )
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("extension", "value", "said"),
     [
         ("KHR_materials_ior", {"ior": 1.5}, None),
-        ("KHR_materials_ior", {"ior": 2.4}, "what is no metal reflects 4 %"),
+        ("KHR_materials_ior", {"ior": 2.4}, None),
         ("KHR_materials_specular", {"specularFactor": 1.0}, None),
-        ("KHR_materials_specular", {"specularColorFactor": [1, 0, 0]}, "what is no metal reflects 4 %"),
+        ("KHR_materials_specular", {"specularColorFactor": [1, 0, 0]}, None),
         ("KHR_materials_transmission", {}, None),
         ("KHR_materials_dispersion", {"dispersion": 0.3}, "glass bends all colours alike"),
         ("KHR_materials_diffuse_transmission", {"diffuseTransmissionFactor": 1}, "shown opaque"),
-        ("KHR_materials_unlit", {}, "unlit surfaces are lit"),
+        ("KHR_materials_unlit", {}, None),
         ("KHR_materials_sheen", {"sheenColorFactor": [0.1, 0, 0]}, "sheen is left out"),
         ("ACME_sparkle", {"much": 3}, "what it adds is left out"),
     ],
@@ -201,8 +271,12 @@ def test_extensions_of_materials_are_named_where_they_matter(tmp_path, extension
 
 def test_many_names_are_counted_not_listed(tmp_path):
     gltf = Gltf().attribute("POSITION", TRIANGLE)
-    gltf.json["materials"] = [{"name": f"m{i}", "extensions": {"KHR_materials_unlit": {}}} for i in range(8)]
-    assert told(gltf, tmp_path)[0].endswith("unlit surfaces are lit (8 of 8 materials: m0, m1, m2, m3, m4 and 3 more).")
+    gltf.json["materials"] = [
+        {"name": f"m{i}", "extensions": {"KHR_materials_dispersion": {"dispersion": 1}}} for i in range(8)
+    ]
+    assert told(gltf, tmp_path)[0].endswith(
+        "glass bends all colours alike (8 of 8 materials: m0, m1, m2, m3, m4 and 3 more)."
+    )
 
 
 def test_values_that_are_none_are_refused_in_one_sentence(tmp_path):

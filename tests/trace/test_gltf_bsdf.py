@@ -179,6 +179,9 @@ def test_roughness_0_is_the_projects_mirror(color: Any, metallic: float) -> None
     mirror = mi.load_dict(
         {
             "type": "reflet_mirror",
+            "f0": mi.ScalarColor3f(0.04),
+            "f90": 1.0,
+            "unlit": False,
             "base_color": {"type": "srgb", "color": list(color)},
             "metallic": {"type": "uniform", "value": metallic},
             "double_sided": False,

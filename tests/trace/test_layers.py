@@ -114,7 +114,7 @@ def test_layers_recombine_to_the_path_integrator_ray_by_ray() -> None:
     tracer = Tracer(what, irradiance=no_irradiance(what))
     view = camera((0.3, 0.5, 2.8), size=40)
     picture = compose(tracer.view(view, spp=16, surroundings=True).layers)
-    directions = CameraRays(view, 16, 0).antialiased(np.arange(1600, dtype=np.int32))
+    *_, directions = CameraRays(view, 16, 0).antialiased(np.arange(1600, dtype=np.int32))
     along = np.stack([axis.numpy() for axis in directions], -1)
     origin = np.tile(np.asarray(view.position, np.float32), (len(along), 1))
     # the first segment, eight mirrored ones behind the first mirror, and the emitter at the end

@@ -86,7 +86,7 @@ def test_whole_looks_recombine_to_the_path_integrator_ray_by_ray() -> None:
     colors = np.float32([[1, 0.5, 0.2, 1], [0.2, 1, 1, 1], [0.5, 0.3, 0.9, 1], [1, 1, 1, 1]])
     panel = replace(panel, colors=colors, more_uv=(panel.uv * np.float32([3.0, -2.0]),))  # type: ignore[operator]
     tinted = Material(
-        "gold", (0.9, 0.7, 0.3), 1.0, base_color_texture_srgb=Texture(pixels, ("clamp", "repeat"), coordinates=1)
+        "gold", (0.9, 0.7, 0.3), 1.0, 0.0, base_color_texture_srgb=Texture(pixels, ("clamp", "repeat"), coordinates=1)
     )
     ball = sphere((-0.7, 0, 0), 0.6)
     shades = RANDOM.uniform(0.2, 1.0, (len(ball.positions), 4)).astype(np.float32)
@@ -100,7 +100,7 @@ def test_whole_looks_recombine_to_the_path_integrator_ray_by_ray() -> None:
     )
     view = camera((0.3, 0.5, 2.8), size=32)
     picture = compose(Tracer(what, irradiance=no_irradiance(what)).view(view, spp=16, surroundings=True).layers)
-    directions = CameraRays(view, 16, 0).antialiased(np.arange(1024, dtype=np.int32))
+    *_, directions = CameraRays(view, 16, 0).antialiased(np.arange(1024, dtype=np.int32))
     along = np.stack([axis.numpy() for axis in directions], -1)
     origin = np.tile(np.asarray(view.position, np.float32), (len(along), 1))
     expected = PathReference(what).along(origin, along, max_depth=10).reshape(1024, 16, 3).mean(1)

@@ -18,6 +18,7 @@ from reflet.errors import RefletError
 from reflet.files.atomic import atomic_write
 from reflet.files.pictures.png import decode_picture
 from reflet.pem.arrays import FLOAT, SHORT, UNSIGNED_INT, BufferWriter
+from reflet.pem.gltf_reflection import read_reflection, reflection_extensions
 from reflet.pem.layout import SCENE, SCENE_BUFFER
 from reflet.pem.mesh_codes import Packed, packed_directions, packed_floats, packed_triangles
 from reflet.scene.material import Material, Refraction, Texture, Vec3, Wrap
@@ -188,7 +189,7 @@ class _SceneWriter:
         if id(material) in self.material_numbers:
             return self.material_numbers[id(material)]
         surface: dict[str, Any] = {
-            "baseColorFactor": [*material.base_color, 1.0],
+            "baseColorFactor": [*material.base_color, material.alpha],
             "metallicFactor": material.metallic,
             "roughnessFactor": material.perceptual_roughness,
         }
@@ -208,6 +209,11 @@ class _SceneWriter:
             out["emissiveFactor"] = [e / strength for e in material.emission]
             if strength > 1.0:
                 extensions[EMISSIVE_STRENGTH] = {"emissiveStrength": strength}
+        extensions |= reflection_extensions(material)
+        if material.alpha_mode != "opaque":
+            out["alphaMode"] = material.alpha_mode.upper()
+        if material.alpha_mode == "mask":
+            out["alphaCutoff"] = material.alpha_cutoff
         if extensions:
             out["extensions"] = extensions
             self.document["extensionsUsed"] = sorted({*self.document.get("extensionsUsed", ()), *extensions})
@@ -311,6 +317,10 @@ def _read_material(item: dict[str, Any], textures: list[Texture]) -> Material:
         normal_scale=normal["scale"] if normal else 1.0,
         emission_texture_srgb=texture(item.get("emissiveTexture")),
         refraction=_read_refraction(item.get("extensions", {})),
+        alpha=float(surface["baseColorFactor"][3]),
+        alpha_mode=item.get("alphaMode", "OPAQUE").lower(),
+        alpha_cutoff=item.get("alphaCutoff", 0.5),
+        **read_reflection(item.get("extensions", {})),
     )
 
 

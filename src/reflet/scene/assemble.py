@@ -155,7 +155,8 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
-        if glass or (metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS):
+        metal = metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS and not part.material.unlit
+        if glass or metal:
             chosen.add(p)
         if p in chosen and roughness > 1e-3:
             (frosted if glass else glossy).append(f"{part.name} ({roughness:.2f})")
@@ -172,6 +173,8 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
 
 
 def _emits(part: Part) -> bool:
+    if part.material.unlit:
+        return max(part.material.base_color) > 0.0
     texture = part.material.emission_texture_srgb
     return max(part.material.emission) > 0.0 and (texture is None or bool(texture.pixels[..., :3].any()))
 

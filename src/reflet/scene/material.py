@@ -8,6 +8,7 @@ from jaxtyping import Float32, Float64, UInt8
 
 Vec3 = tuple[float, float, float]
 Wrap = Literal["repeat", "clamp", "mirror"]
+AlphaMode = Literal["opaque", "mask", "blend"]
 
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")  # in the order of their numbers on devices
 REPEATS: tuple[Wrap, Wrap] = ("repeat", "repeat")
@@ -67,6 +68,14 @@ class Material:
     colour texture and the emission texture are sRGB, the others linear; the metallic-roughness texture holds roughness
     in green and metallic in blue. What has ``refraction`` is no metal, whatever ``metallic`` says, and is seen from
     both sides: ``double_sided`` is then true.
+
+    Alpha is ``alpha`` times that of the base colour texture and of the mesh's colours. Where ``alpha_mode`` is "mask"
+    there is nothing where it is below ``alpha_cutoff``, and all where not; "blend" hides that share of what is behind.
+
+    What is no metal reflects by its index ``ior`` [KHR_materials_ior], times ``specular`` and at normal incidence
+    ``specular_color`` [KHR_materials_specular]; what has ``refraction`` by that one's index alone. A clear coat
+    covers the share ``clearcoat`` with a perceptual roughness of its own; the path traced reference alone shows it.
+    What is ``unlit`` sends its base colour as radiance, and has no diffuse light.
     """
 
     name: str = ""
@@ -81,6 +90,38 @@ class Material:
     normal_scale: float = 1.0
     emission_texture_srgb: Texture | None = None
     refraction: Refraction | None = None
+    alpha: float = 1.0
+    alpha_mode: AlphaMode = "opaque"
+    alpha_cutoff: float = 0.5
+    ior: float = 1.5
+    specular: float = 1.0
+    specular_color: Vec3 = (1.0, 1.0, 1.0)
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.0
+    unlit: bool = False
+
+    @property
+    def emits(self) -> bool:
+        """Whether it sends light of its own, as far as factors tell."""
+        return self.unlit or any(self.emission)
+
+    @property
+    def cutoff(self) -> float:
+        """What alpha is compared with: 0 of opaque materials, -1 of those that let through at random."""
+        return {"opaque": 0.0, "mask": self.alpha_cutoff, "blend": -1.0}[self.alpha_mode]
+
+    @property
+    def dielectric_f0(self) -> Vec3:
+        """Reflectance at normal incidence of what is no metal: (((n - 1)/(n + 1))² · colour, at most 1) · specular. An
+        index of 0 stands for an infinite one, as glTF has it."""
+        facing = 1.0 if self.ior == 0.0 else ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
+        r, g, b = (self.specular * min(facing * c, 1.0) for c in self.specular_color)
+        return r, g, b
+
+    @property
+    def dielectric_f90(self) -> float:
+        """... and along the surface."""
+        return self.specular
 
     @property
     def textures(self) -> dict[str, Texture | None]:

@@ -14,8 +14,9 @@ class Part:
     """A mesh with one material and a name that is unique in its scene.
 
     A reflective part mirrors, as smoothly as its roughness says; its reflectance at normal incidence is its base colour
-    where metallic, 0.04 where not, its remaining, diffuse colour base_color·(1 - metallic). Where its material has a
-    refraction it is glass: ((n - 1)/(n + 1))² at normal incidence, and diffuse as far as nothing is let through.
+    where metallic, its dielectric_f0 where not, its remaining, diffuse colour base_color·(1 - metallic). Where its
+    material has a refraction it is glass: ((n - 1)/(n + 1))² at normal incidence, and diffuse as far as nothing is let
+    through.
     """
 
     name: str

@@ -1,10 +1,10 @@
 // Fresnel reflectance of unpolarized light. Twin: reflet.reflectance.brdfs.fresnel. Cosines are clamped to [0, 1].
 
 // [Schlick94]
-fn fresnel_schlick(f0: vec3f, n_dot_v: f32) -> vec3f {
+fn fresnel_schlick(f0: vec3f, f90: f32, n_dot_v: f32) -> vec3f {
   let c = 1.0 - clamp(n_dot_v, 0.0, 1.0);
   let c2 = c * c;
-  return f0 + (1.0 - f0) * (c2 * c2 * c);
+  return f0 + (f90 - f0) * (c2 * c2 * c);
 }
 
 // [Heidrich00, eq. 13]; index of the inside over that of the outside.

@@ -6,7 +6,7 @@
 
 struct Interpolated {
   @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) identity: vec2u,   // triangle, its bits
+  @location(0) @interpolate(flat, either) identity: vec3u,   // triangle, its bits, sub-sample
   @location(1) @interpolate(perspective) b: vec2f,
   @location(2) @interpolate(perspective) p: vec3f,
   @location(3) @interpolate(perspective) normal: vec3f,
@@ -17,7 +17,7 @@ struct Interpolated {
 // The same at each of four sub-samples, which costs software adapters more even where there is but one.
 struct InterpolatedMulti {
   @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat, either) identity: vec2u,   // triangle, its bits
+  @location(0) @interpolate(flat, either) identity: vec3u,   // triangle, its bits, sub-sample
   @location(1) @interpolate(perspective, sample) b: vec2f,
   @location(2) @interpolate(perspective, sample) p: vec3f,
   @location(3) @interpolate(perspective, sample) normal: vec3f,
@@ -31,7 +31,7 @@ fn interpolated(vertex: u32) -> Interpolated {
   let normal_v = vertices[corner + 1u];
   let b = vec2f(f32(vertex % 3u == 1u), f32(vertex % 3u == 2u));
   return Interpolated(
-    clip_of(position_u.xyz), vec2u(vertex / 3u, triangles[vertex / 3u].w), b, position_u.xyz, normal_v.xyz,
+    clip_of(position_u.xyz), vec3u(vertex / 3u, triangles[vertex / 3u].w, 0u), b, position_u.xyz, normal_v.xyz,
     vertices[corner + 2u], vec2f(position_u.w, normal_v.w));
 }
 
@@ -39,6 +39,7 @@ fn interpolated(vertex: u32) -> Interpolated {
 fn vertex_single_fast(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sub_sample: u32) -> Interpolated {
   var out = interpolated(vertex);
   out.position = shifted(out.position, sub_sample);
+  out.identity.z = sub_sample;
   return out;
 }
 

@@ -4,7 +4,7 @@
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
-//   0        uniform Part, 336 bytes                 fragment   geometries of its maps, material
+//   0        uniform Part, 352 bytes                 fragment   geometries of its maps, material
 //   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
 //   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
 //   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
@@ -20,7 +20,8 @@
 //
 // Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
 //   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 transmission
-//   300 padding   304 absorption   316 index   320 sampling   324 extras   328 padding
+//   300 padding   304 absorption   316 index   320 sampling   324 extras   328 alpha   332 cutoff
+//   336 dielectric_f0   348 dielectric_f90
 
 struct Layer {
   geometry: Geometry,
@@ -45,6 +46,10 @@ struct Part {
   index: f32,         // of refraction
   sampling: u32,      // a byte for each texture: how it wraps (see `bilinear`); from bit 4 on its set of texture coordinates
   extras: u32,        // where in `vertices` those of a vertex 0 would lie, see `surface`
+  alpha: f32,
+  cutoff: f32,        // of alpha, see `holes`
+  dielectric_f0: vec3f,  // of what is no metal: reflectance at normal incidence, and along the surface
+  dielectric_f90: f32,
 }
 
 const PART_REFLECTIVE = 1u;
@@ -56,8 +61,10 @@ const PART_NORMAL_TEXTURE = 32u;
 const PART_EMISSION_TEXTURE = 64u;
 const PART_COLORS = 128u;         // its vertices have colours
 const PART_MORE_UV = 256u;        // ... and further texture coordinates
+const PART_HOLES = 512u;          // masked or blended
 const PART_METAL = 1024u;         // metallic throughout, or glass that is clear throughout: no diffuse reflection
 const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hull: their bits need not be asked
+const PART_UNLIT = 4096u;         // its base colour is its emission
 const PART_REFRACTIVE = 8192u;    // glass
 const PART_THIN = 16384u;         // glass without an inside
 const PART_TEXTURES = 120u;       // any of the four
@@ -66,6 +73,7 @@ const PART_TEXTURES = 120u;       // any of the four
 // parameterizations, so that code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
 override PART_SAMPLING: u32 = 0xffffffffu;
+override HOLES: bool = true;  // whether any part has them
 override SHELL_COUNT: u32 = 0xffffffffu;
 override DISTANT_KIND_0: f32 = -1.0;
 override DISTANT_KIND_1: f32 = -1.0;

@@ -1,6 +1,7 @@
 #import exact
 #import interpolated
 #import shade
+#import holes
 
 // Entry points of the picture's programs. Linear radiance, coverage in alpha.
 
@@ -25,23 +26,41 @@ const LARGEST_HALF = 65504.0;
 // Draws sub-sample `sub_sample` alone, into one sample a pixel.
 @fragment
 fn picture_single(in: Raster) -> @location(0) vec4f {
-  return shade(exact_sample(in, sub_sample_at(in.position, in.identity.z)));
+  let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
+  return shade(s);
 }
 
 // Draws four sub-samples at once, into a half-float target of four samples a pixel.
 @fragment
 fn picture_multi(in: Raster, @builtin(sample_index) sub_sample: u32) -> @location(0) vec4f {
-  return min(shade(exact_sample(in, sub_sample_at(in.position, sub_sample))), vec4f(LARGEST_HALF));
+  let s = exact_sample(in, sub_sample_at(in.position, sub_sample));
+  if (goes_through(s, in.position, sub_sample)) {
+    discard;
+  }
+  return min(shade(s), vec4f(LARGEST_HALF));
 }
 
 // The same on the fast path.
 @fragment
 fn picture_single_fast(in: Interpolated, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-  return shade(interpolated_sample(in, front));
+  let s = interpolated_sample(in, front);
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
+  return shade(s);
 }
 
 @fragment
-fn picture_multi_fast(in: InterpolatedMulti, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+fn picture_multi_fast(
+  in: InterpolatedMulti, @builtin(front_facing) front: bool, @builtin(sample_index) sub_sample: u32
+) -> @location(0) vec4f {
   let one = Interpolated(in.position, in.identity, in.b, in.p, in.normal, in.tangent, in.uv);
-  return min(shade(interpolated_sample(one, front)), vec4f(LARGEST_HALF));
+  let s = interpolated_sample(one, front);
+  if (goes_through(s, in.position, sub_sample)) {
+    discard;
+  }
+  return min(shade(s), vec4f(LARGEST_HALF));
 }

@@ -1,6 +1,7 @@
 #import exact
 #import layered
 #import shade
+#import holes
 
 // Programs that look into the picture's workings, one sub-sample a pixel: raw lookups, and visible triangles.
 
@@ -33,6 +34,9 @@ fn blended_local(m: Mirrors) -> vec4f {
 @fragment
 fn probe_distant(in: Raster) -> @location(0) vec4f {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4f(0.0);
   }
@@ -43,6 +47,9 @@ fn probe_distant(in: Raster) -> @location(0) vec4f {
 @fragment
 fn probe_local(in: Raster) -> @location(0) vec4f {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
   if (!s.visible || !part_is(PART_REFLECTIVE) || !may_see_itself(s)) {
     return vec4f(0.0);
   }
@@ -53,5 +60,8 @@ fn probe_local(in: Raster) -> @location(0) vec4f {
 @fragment
 fn probe_triangle(in: Raster) -> @location(0) u32 {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
   return select(0u, (s.bits >> 1u) + 1u, s.visible && part_is(PART_REFLECTIVE));
 }

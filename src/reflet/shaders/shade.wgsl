@@ -37,6 +37,9 @@ fn matte(s: Sample) -> vec3f {
     let lod = texture_lod(s, 0u, textureDimensions(base_color_texture));
     albedo *= textureSampleLevel(base_color_texture, base_color_sampler, part_uv(0u, s.here), lod).rgb;
   }
+  if (part_is(PART_UNLIT)) {
+    return albedo;
+  }
   return emission_at(s) + albedo * irradiance_over_pi(s.triangle, s.b, s.back);
 }
 
@@ -60,12 +63,12 @@ fn reflective(s: Sample) -> vec3f {
       shown = f * shown + (1.0 - f) * part.transmission * base_color * radiance_through(s, n);
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    let f0 = base_color * metallic + 0.04 * (1.0 - metallic);
-    shown *= fresnel_schlick(f0, dot(-s.here.ray, n));
+    let f0 = mix(part.dielectric_f0, base_color, metallic);
+    shown *= fresnel_schlick(f0, mix(part.dielectric_f90, 1.0, metallic), dot(-s.here.ray, n));
   }
   if (switched_on(SHOW_DIFFUSE)) {
-    shown += emission_at(s);
-    if (!part_is(PART_METAL)) {
+    shown += select(emission_at(s), base_color, part_is(PART_UNLIT));
+    if (!part_is(PART_METAL) && !part_is(PART_UNLIT)) {
       shown += albedo * irradiance_over_pi(s.triangle, s.b, s.back);
     }
   }

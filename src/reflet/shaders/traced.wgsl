@@ -2,6 +2,7 @@
 #import pem
 #import bvh
 #import glass
+#import holes
 #import irradiance
 
 // Mirrors that see themselves: the mirrored ray is followed from mirror to mirror, through their full meshes, until it meets
@@ -25,6 +26,10 @@ struct HitMaterial {
   extras: u32,
   absorption: vec3f,
   index: f32,
+  alpha: f32,
+  cutoff: f32,
+  dielectric_f0: vec3f,
+  dielectric_f90: f32,
   pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
 }
 
@@ -184,7 +189,9 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     if (hit_is(met.material, PART_EMISSION_TEXTURE)) {
       emission *= hit_picture(met.material, 3u, here, true).rgb;
     }
-    if (!hit_is(met.material, PART_METAL)) {
+    if (hit_is(met.material, PART_UNLIT)) {
+      emission = base_color;
+    } else if (!hit_is(met.material, PART_METAL)) {
       let share = select(1.0 - metallic, 1.0 - material.transmission, glass);
       emission += base_color * share * irradiance_over_pi(met.triangle, b, met.back);
     }
@@ -203,13 +210,51 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
         met.triangle, -met.ng, false, medium_after(medium, material.absorption, true, met.back));
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    (*way).throughput *= fresnel_schlick(base_color * metallic + 0.04 * (1.0 - metallic), dot(-ray, n));
+    let f0 = mix(material.dielectric_f0, base_color, metallic);
+    (*way).throughput *= fresnel_schlick(f0, mix(material.dielectric_f90, 1.0, metallic), dot(-ray, n));
   }
   return Leaving(
     Mirrors(
       here.p, mirrored(ray, n, met.ng), right.p, mirrored(right.ray, n1, met.ng), down.p,
       mirrored(down.ray, n2, met.ng), true),
     met.triangle, met.ng, !(glass && met.back), medium_after(medium, material.absorption, false, glass && met.back));
+}
+
+const MOST_HOLES = 64u;  // one behind the other
+
+// Whether a ray along d goes through what it meets.
+fn goes_through_met(hit: Hit, d: vec3f) -> bool {
+  let met = met_at(hit.at, d);
+  if (!hit_is(met.material, PART_HOLES)) {
+    return false;
+  }
+  let material = hit_materials[met.material];
+  let at = met_point(met, d, hit.b);
+  var alpha = material.alpha;
+  if (hit_is(met.material, PART_COLORS)) {
+    alpha *= extra_value(material.extras, material.bits, 0u, at).a;
+  }
+  if (hit_is(met.material, PART_BASE_COLOR_TEXTURE)) {
+    alpha *= hit_picture(met.material, 0u, at, false).a;
+  }
+  let bits = bitcast<vec3u>(at.p);
+  return !is_there(alpha, material.cutoff, threshold(bits.x ^ (bits.y << 7u) ^ (bits.z << 15u), 0u, met.triangle));
+}
+
+// The nearest surface that a ray does not go through.
+fn closest_surface(o: vec3f, d: vec3f) -> Hit {
+  var hit = closest_hit(o, d);
+  if ((HIT_BITS & PART_HOLES) == 0u) {
+    return hit;
+  }
+  var passed = 0.0;
+  for (var k = 0u; k < MOST_HOLES && hit.at != NOTHING && goes_through_met(hit, d); k++) {
+    passed += hit.t;
+    passed += OFFSET * max(largest(o + passed * d), hit.t);
+    hit = closest_hit(o + passed * d, d);
+  }
+  hit.t += passed;
+  return hit;
 }
 
 // Follows the rays of a sub-sample. After MOST_HITS mirrors they end as if there were no more.
@@ -222,7 +267,7 @@ fn follow(start: Leaving) -> Way {
       break;
     }
     let extent = max(largest(last.p0), largest(vertices[3u * triangles[leaving.triangle].x].xyz));
-    let hit = closest_hit(last.p0 + OFFSET * extent * leaving.side, last.r0);
+    let hit = closest_surface(last.p0 + OFFSET * extent * leaving.side, last.r0);
     if (hit.at == NOTHING) {
       break;
     }

@@ -1,6 +1,7 @@
 #import exact
 #import traced
 #import shade
+#import holes
 
 // Program: which mirrors each sub-sample's ray meets, one sub-sample a pixel.
 
@@ -8,6 +9,9 @@
 @fragment
 fn probe_hits(in: Raster) -> @location(0) vec4u {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
+  if (goes_through(s, in.position, in.identity.z)) {
+    discard;
+  }
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4u(0u);
   }

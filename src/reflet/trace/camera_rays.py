@@ -36,11 +36,11 @@ class CameraRays:
         return dr.normalize(self.corner + x * self.dx + y * self.dy)
 
     def antialiased(self, pixels: Int32[np.ndarray, "pixels"]):  # type: ignore[no-untyped-def]
-        """Unit directions of all samples of some pixels, pixel by pixel."""
+        """All samples of some pixels, pixel by pixel: their pixels, numbers in the pixel and unit directions."""
         pixel, sample = self._samples(pixels)
         if self.positions is not None:
-            return self.direction(pixel, *dr.gather(mi.Point2f, self.positions, sample))
-        return self.direction(pixel, *shifted_hammersley(sample, self.count, pixel, self.seed))
+            return pixel, sample, self.direction(pixel, *dr.gather(mi.Point2f, self.positions, sample))
+        return pixel, sample, self.direction(pixel, *shifted_hammersley(sample, self.count, pixel, self.seed))
 
     def numbers(self, pixels: Int32[np.ndarray, "pixels"]) -> list["mi.Float"]:
         """Five uniform numbers in [0, 1) for all samples of some pixels; the first two and the last three are evenly

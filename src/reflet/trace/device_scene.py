@@ -20,8 +20,8 @@ from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.lobe import LEAST_ROUGHNESS
 
 NO_TEXTURE = 0xFFFFFFFF
-DOUBLE_SIDED, GONE_THROUGH = 1, 2  # flags of a part; its object's index + 1 follows in the bits above
-OBJECT_SHIFT = 2
+DOUBLE_SIDED, GONE_THROUGH, UNLIT = 1, 2, 4  # flags of a part; its object's index + 1 follows in the bits above
+OBJECT_SHIFT = 3
 _ALL = -1  # in place of an object's index
 
 
@@ -133,16 +133,19 @@ class DeviceScene:
             return known[id(texture)]
 
         colors, emissions, slots, flags, glass, absorption, roughest = [], [], [], [], [], [], 0.0
+        alphas, dielectrics = [], []
         for number, (part, owner) in enumerate(zip(self.scene.parts, self.scene.object_of_part, strict=True)):
             m = part.material
             normal_texture = m.normal_texture if part.mesh.tangents is not None else None
             textured = part.mesh.uv is not None
             colors.append((*m.base_color, m.metallic))
             emissions.append((*m.emission, m.normal_scale))
+            alphas.append((m.alpha, m.cutoff))
+            dielectrics.append((*m.dielectric_f0, m.dielectric_f90))
             four = (m.base_color_texture_srgb, m.metallic_roughness_texture, normal_texture, m.emission_texture_srgb)
             slots.append([slot(texture if textured else None) for texture in four])
             passed = GONE_THROUGH * (number in self.through)
-            flags.append(DOUBLE_SIDED * m.double_sided | passed | (owner + 1) << OBJECT_SHIFT)
+            flags.append(DOUBLE_SIDED * m.double_sided | passed | UNLIT * m.unlit | (owner + 1) << OBJECT_SHIFT)
             refraction = m.refraction if owner >= 0 else None
             kind = (0, 0, 0) if refraction is None else (refraction.index, refraction.transmission, refraction.thin)
             glass.append((*kind, 0))
@@ -151,6 +154,9 @@ class DeviceScene:
                 roughest = max(roughest, _greatest_roughness(m, textured))
         self.has_glass = any(index > 0 for index, *_ in glass)
         self.part_glass, self.part_absorption = _floats(np.array(glass)), _floats(np.array(absorption))
+        self.has_holes = any(part.material.alpha_mode != "opaque" for part in self.scene.parts)
+        self.part_alpha = _floats(np.array(alphas))
+        self.part_dielectric = _floats(np.array(dielectrics))
         self.has_rough = roughest >= LEAST_ROUGHNESS
         if self.has_rough:
             self.part_roughness = _floats(np.array([part.material.perceptual_roughness for part in self.scene.parts]))

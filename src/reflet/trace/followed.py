@@ -11,6 +11,7 @@ from jaxtyping import Float, Float32, UInt32
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.holes import closest
 from reflet.trace.light.radiance import kept, medium_after
 from reflet.trace.surface import surface_at
 from reflet.trace.variant import use_variant
@@ -67,9 +68,9 @@ class RayFollower:
         sight = position.astype(np.float64) - eye
         sight /= np.linalg.norm(sight, axis=1, keepdims=True)
         view = mi.Ray3f(mi.Point3f(*_axes(np.broadcast_to(eye, position.shape))), mi.Vector3f(*_axes(sight)))
-        first = device.all.ray_intersect_preliminary(view, coherent=True, active=yes)
         here = mi.UInt32(np.searchsorted(self._number, triangle).astype(np.uint32))
-        surface = surface_at(device, here, first.prim_uv, view.d, yes)
+        first = closest(device, view, yes, coherent=True, threshold=lambda seen: dr.select(seen == here, -1.0, 2.0))
+        surface = surface_at(device, here, first.uv, view.d, yes)
         throughput, light = mi.Color3f(1.0), mi.Color3f(0.0)
         medium = mi.Color3f(medium_after(surface, no, 0.0))
         ray = mi.Ray3f(
@@ -78,9 +79,9 @@ class RayFollower:
         going = yes
         met = np.zeros((count, FIRST_HITS), np.uint32)
         for k in range(most_hits):
-            hit = device.all.ray_intersect_preliminary(ray, coherent=False, active=going)
-            valid = going & hit.is_valid()
-            surface = surface_at(device, hit.prim_index, hit.prim_uv, ray.d, valid)
+            hit = closest(device, ray, going)
+            valid = going & hit.valid
+            surface = surface_at(device, hit.triangle, hit.uv, ray.d, valid)
             throughput *= dr.select(valid, kept(device, medium, hit.t, valid), 1.0)
             light += dr.select(valid, throughput * surface.glow, 0.0)
             through = surface.passes & (surface.fresnel.x < 1.0)
@@ -92,7 +93,7 @@ class RayFollower:
             ray = mi.Ray3f(mi.Point3f(surface.position + side), mi.Vector3f(onward))
             if k < FIRST_HITS:
                 hits = np.broadcast_to(valid.numpy(), count)
-                met[hits, k] = self._number[hit.prim_index.numpy()[hits]] + np.uint32(1)
+                met[hits, k] = self._number[hit.triangle.numpy()[hits]] + np.uint32(1)
             going = surface.reflects
             dr.eval(throughput, light, medium, ray, going)
         return FollowedRays(met, _table(light, count), _table(throughput, count))

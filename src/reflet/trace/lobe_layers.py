@@ -18,6 +18,7 @@ from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.light.found_light import found_light
+from reflet.trace.light.holes import blocked, closest
 from reflet.trace.light.radiance import (
     arrive,
     arrive_drawn,
@@ -40,6 +41,7 @@ from reflet.trace.lobe_sums import (
     ROUGH,
 )
 from reflet.trace.peel import Drawn, Met, first_met, peeled, seen_through
+from reflet.trace.visible import first_seen
 
 LEAST_WEIGHT = 1e-6  # of samples that leave the lobe's hemisphere, whose rays are mirrored: no row is without light
 
@@ -54,9 +56,9 @@ def trace_lobes(
     if shells.count > MOST_SHELLS:
         raise RefletError(f"Rough parts are traced with at most {MOST_SHELLS} shells, not {shells.count}.")
     own_index = dr.opaque(mi.UInt32, index)
-    direction, numbers = rays.antialiased(pixels), rays.numbers(pixels)
-    seen = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
-    surface, _ = arrive(device, seen.prim_index, seen.prim_uv, direction, mi.Bool(True), seen.is_valid())
+    numbers = rays.numbers(pixels)
+    direction, seen = first_seen(device, rays, pixels)
+    surface, _ = arrive(device, seen.triangle, seen.uv, direction, mi.Bool(True), seen.valid)
     active = surface.reflects & (surface.object == own_index)
     rough = active & surface.rough
 
@@ -70,23 +72,21 @@ def trace_lobes(
     origin = Drawn(ray.o, dr.select(follows, density, dr.inf))
 
     above = active & ~below
-    met = device.all.ray_intersect_preliminary(ray, coherent=False, active=above)
-    at_met, light_met = arrive_drawn(
-        device, met.prim_index, met.prim_uv, ray.d, above, met.is_valid(), met.t, origin.density
-    )
+    met = closest(device, ray, above)
+    at_met, light_met = arrive_drawn(device, met.triangle, met.uv, ray.d, above, met.valid, met.t, origin.density)
     is_own = at_met.gone_through if device.through else at_met.object == own_index
-    own = above & met.is_valid() & is_own
+    own = above & met.valid & is_own
     medium = medium_after(surface, mi.Bool(False), 0.0)
     local = light_met + sent_on(device, at_met, ray.d, own & at_met.reflects, medium)
-    local = dr.select(own, local * kept(device, medium, met.t, met.is_valid()), 0.0)
+    local = dr.select(own, local * kept(device, medium, met.t, met.valid), 0.0)
 
     hidden = own | (active & below)  # below its surface the object hides what its lobe would show
     behind = first_met(device, index, ray, hidden)
     through = Met(
-        active & dr.select(hidden, behind.valid, met.is_valid()),
-        dr.select(hidden, behind.triangle, met.prim_index),
-        mi.Point2f(dr.select(hidden, behind.uv, met.prim_uv)),
-        mi.Point3f(dr.select(hidden, behind.position, ray.o + ray.d * dr.select(met.is_valid(), met.t, 0.0))),
+        active & dr.select(hidden, behind.valid, met.valid),
+        dr.select(hidden, behind.triangle, met.triangle),
+        mi.Point2f(dr.select(hidden, behind.uv, met.uv)),
+        mi.Point3f(dr.select(hidden, behind.position, ray.o + ray.d * dr.select(met.valid, met.t, 0.0))),
     )
     beyond = list(peeled(device, index, through, ray.d, active, shells, origin))
     if device.has_glass:
@@ -124,7 +124,7 @@ def _emitters(device: DeviceScene, index: int, surface, numbers, active, shells:
     for number, unblocked in enumerate(seen):
         flags |= _flag(unblocked, 1 << EMITTERS_SHELLS + number)
     wanted = found.above & ((found.lit & own) | seen[0])
-    free = wanted & ~device.all.ray_test(found.ray, False, wanted)
+    free = wanted & ~blocked(device, found.ray, wanted)
     flags |= _flag(free & ~own, LIT) | _flag(free & own, LIT_OWN)
     return found.light, found.light * schlick(surface.f0, surface.f90, found.v_dot_h), flags
 

@@ -9,6 +9,7 @@ import mitsuba as mi
 
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells
+from reflet.trace.light.holes import blocked, closest
 from reflet.trace.light.radiance import arrive_drawn, sent_on
 from reflet.trace.surface import OFFSET, surface_at
 
@@ -52,10 +53,8 @@ def first_met(device: DeviceScene, index: int, ray, active, coherent: bool = Fal
     if others is None:
         nothing = dr.zeros(mi.Bool, dr.width(ray.d))
         return Met(nothing, mi.UInt32(0), mi.Point2f(0.0), mi.Point3f(0.0))
-    hit = others.ray_intersect_preliminary(ray, coherent=coherent, active=active)
-    valid = active & hit.is_valid()
-    triangle = dr.gather(mi.UInt32, number, hit.prim_index, valid)
-    return Met(valid, triangle, mi.Point2f(hit.prim_uv), mi.Point3f(dr.select(valid, ray.o + ray.d * hit.t, 0.0)))
+    hit = closest(device, ray, active, coherent=coherent, without=(others, number))
+    return Met(hit.valid, hit.triangle, hit.uv, mi.Point3f(dr.select(hit.valid, ray.o + ray.d * hit.t, 0.0)))
 
 
 def light_from(device: DeviceScene, met: Met, direction, active, drawn: Drawn | None = None):  # type: ignore[no-untyped-def]
@@ -90,8 +89,8 @@ def seen_through(  # type: ignore[no-untyped-def]
     """For each shell whether light from ``distance`` metres along rays through object ``index`` comes from there or
     beyond, and from nothing else that is not nearer than the shell's beginning."""
     if shells.count == 1:
-        others, _ = device.without_object(index)
-        yield active if others is None else active & ~others.ray_test(ray, False, active)
+        others, number = device.without_object(index)
+        yield active if others is None else active & ~blocked(device, ray, active, (others, number))
         return
     origin = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in shells.origin))
     reach = dr.select(distance < ENDLESS, dr.norm(ray.o + ray.d * distance - origin), dr.inf)

@@ -33,6 +33,26 @@ def shifts(key, seed):  # type: ignore[no-untyped-def]
     return mi.Float(bits >> 8) * 2.0**-24
 
 
+def chances(direction, position, salt: int):  # type: ignore[no-untyped-def]
+    """Two numbers in [0, 1), as if random, that follow from rays alone, others for each ``salt``: one that is mirrored
+    to and fro comes back along the same direction, but elsewhere."""
+    u, v, w = (dr.reinterpret_array(mi.UInt32, axis) for axis in direction)
+    x, y, z = (dr.reinterpret_array(mi.UInt32, axis) for axis in position)
+    first, _ = mi.sample_tea_32(u, v, 4)
+    second, _ = mi.sample_tea_32(x ^ w, y, 4)
+    return tuple(mi.Float(bits >> 8) * 2.0**-24 for bits in mi.sample_tea_32(first ^ z, second ^ mi.UInt32(salt), 4))
+
+
+def threshold(pixel, sample, triangle):  # type: ignore[no-untyped-def]
+    """A number in [0, 1) for each sample of a picture and triangle: what its alpha has to exceed to be seen there.
+    Evenly spread over a pixel's samples. Twin of `threshold` in `shaders/holes.wgsl`."""
+    x = pixel * 747796405 + triangle * 2891336453 + 277803737
+    x = ((x >> ((x >> 28) + 4)) ^ x) * 277803737
+    x = (x >> 22) ^ x
+    value = mi.Float(x >> 8) * 2.0**-24 + mi.Float(sample) * 0.618034
+    return dr.minimum(value - dr.floor(value), 1.0 - 2.0**-24)
+
+
 def block_means(light, count: int) -> Float32[np.ndarray, "blocks channels"]:  # type: ignore[no-untyped-def]
     """Means over blocks of ``count`` neighbouring lanes of all channels."""
     dr.eval(light)  # all at once, else every channel's sum would trace anew

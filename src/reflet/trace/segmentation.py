@@ -12,12 +12,13 @@ from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import SegmentedLayers, Shells
+from reflet.trace.light.holes import closest
 from reflet.trace.light.radiance import arrive, kept, leave, medium_after, pass_through, radiance, sent_on
 from reflet.trace.lobe_layers import trace_lobes
 from reflet.trace.lobe_sums import lobe_rows, sum_lobes
 from reflet.trace.peel import Met, first_met, peeled
 from reflet.trace.sampling import block_means
-from reflet.trace.visible import candidates
+from reflet.trace.visible import candidates, first_seen
 
 NOTHING = 0xFFFFFFFF
 MANY_PARTS, FEW_PIXELS = 64, 256
@@ -99,27 +100,26 @@ def _trace_batch(
     """Every sample's part (or `NOTHING`) and its layers: diffuse, fresnel, distant, local as x y z, alpha, and of each
     shell x y z and alpha."""
     own_index = dr.opaque(mi.UInt32, index)
-    direction = rays.antialiased(pixels)
-    seen = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
-    surface, _ = arrive(device, seen.prim_index, seen.prim_uv, direction, mi.Bool(True), seen.is_valid())
+    direction, seen = first_seen(device, rays, pixels)
+    surface, _ = arrive(device, seen.triangle, seen.uv, direction, mi.Bool(True), seen.valid)
     active = surface.reflects & (surface.object == own_index)
 
     ray = leave(surface)
-    met = device.all.ray_intersect_preliminary(ray, coherent=False, active=active)
-    at_met, light_met = arrive(device, met.prim_index, met.prim_uv, ray.d, active, met.is_valid())
+    met = closest(device, ray, active)
+    at_met, light_met = arrive(device, met.triangle, met.uv, ray.d, active, met.valid)
     is_own = at_met.gone_through if device.through else at_met.object == own_index
-    own = active & met.is_valid() & is_own  # backs too: they are local, opaque and black
+    own = active & met.valid & is_own  # backs too: they are local, opaque and black
     medium = medium_after(surface, mi.Bool(False), 0.0)  # of the mirrored ray: glass may be seen from within
     local = light_met + sent_on(device, at_met, ray.d, own & at_met.reflects, medium)
-    local *= kept(device, medium, met.t, met.is_valid())
+    local *= kept(device, medium, met.t, met.valid)
 
     # What a ray meets without its own object; if it does not meet that, it has met it already.
     behind = first_met(device, index, ray, own)
     through = Met(
-        active & dr.select(own, behind.valid, met.is_valid()),
-        dr.select(own, behind.triangle, met.prim_index),
-        mi.Point2f(dr.select(own, behind.uv, met.prim_uv)),
-        mi.Point3f(dr.select(own, behind.position, ray.o + ray.d * dr.select(met.is_valid(), met.t, 0.0))),
+        active & dr.select(own, behind.valid, met.valid),
+        dr.select(own, behind.triangle, met.triangle),
+        mi.Point2f(dr.select(own, behind.uv, met.uv)),
+        mi.Point3f(dr.select(own, behind.position, ray.o + ray.d * dr.select(met.valid, met.t, 0.0))),
     )
     seen_shells = list(peeled(device, index, through, ray.d, active, shells))
     distant = mi.Color3f(seen_shells[-1].light)
@@ -177,9 +177,7 @@ def _surroundings(device: DeviceScene, rays: CameraRays, wanted: bool) -> Float3
     image = np.zeros((camera.height * camera.width, 3), np.float32)
     everywhere = mi.Bool(True)
     for batch in rays.batches(np.arange(len(image) if wanted else 0, dtype=np.int32)):
-        direction = rays.antialiased(batch)
-        ray = mi.Ray3f(rays.eye, direction)
-        seen = device.all.ray_intersect_preliminary(ray, coherent=True, active=everywhere)
-        surface, light = arrive(device, seen.prim_index, seen.prim_uv, direction, everywhere, seen.is_valid())
+        direction, seen = first_seen(device, rays, batch)
+        surface, light = arrive(device, seen.triangle, seen.uv, direction, everywhere, seen.valid)
         image[batch] = block_means(dr.select(surface.reflects, 0.0, light), rays.spp)
     return image.reshape(camera.height, camera.width, 3)

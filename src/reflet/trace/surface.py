@@ -6,8 +6,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from reflet.reflectance.materials.material import DIELECTRIC_F0
-from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, DeviceScene
+from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, UNLIT, DeviceScene
 from reflet.trace.glass import glass_reflectance, refracted
 from reflet.trace.lobe import LEAST_ROUGHNESS, GlossyLobe
 
@@ -70,10 +69,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     q = [dr.gather(mi.Vector4f, device.normal_v, corners[k], valid) for k in range(3)]
     at = p[0] * b0 + p[1] * b1 + p[2] * b2
     bt = q[0] * b0 + q[1] * b1 + q[2] * b2
-    texcoords = [mi.Point2f(at.w, bt.w)]
-    for table in device.more_uv:
-        q = [dr.gather(mi.Point2f, table, corners[k], valid) for k in range(3)]
-        texcoords.append(q[0] * b0 + q[1] * b1 + q[2] * b2)
+    texcoords = [mi.Point2f(at.w, bt.w), *_more_uv(device, corners, (b0, b1, b2), valid)]
     position = mi.Point3f(at.x, at.y, at.z)
     extent = dr.maximum(dr.max(dr.abs(position)), dr.max(dr.abs(mi.Vector3f(p[0].x, p[0].y, p[0].z))))
 
@@ -95,8 +91,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     emission = mi.Color3f(emission_scale.x, emission_scale.y, emission_scale.z)
     normal = mi.Vector3f(bt.x, bt.y, bt.z)
     if device.has_colors:
-        c = [dr.gather(mi.Vector4f, device.colors, corners[k], visible) for k in range(3)]
-        color = c[0] * b0 + c[1] * b1 + c[2] * b2
+        color = _interpolated(mi.Vector4f, device.colors, corners, (b0, b1, b2), visible)
         base_color *= mi.Color3f(color.x, color.y, color.z)
     if device.has_textures:
         base_color *= _texture(device, slots.x, texcoords, visible, srgb=True)
@@ -112,10 +107,12 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
 
     reflects = visible & (owner > 0)
     diffuse = dr.select(reflects, base_color * (1.0 - metallic), base_color)
-    f0 = base_color * metallic + 0.04 * (1.0 - metallic)
+    dielectric = dr.gather(mi.Vector4f, device.part_dielectric, part, valid)
+    f0 = base_color * metallic + mi.Color3f(dielectric.x, dielectric.y, dielectric.z) * (1.0 - metallic)
+    f90 = metallic + dielectric.w * (1.0 - metallic)
     cosine = dr.clip(-dr.dot(direction, normal), 0.0, 1.0)
     grazing = dr.square(dr.square(1.0 - cosine)) * (1.0 - cosine)
-    fresnel = f0 + (1.0 - f0) * grazing
+    fresnel = f0 + (f90 - f0) * grazing
     mirrored = direction - 2.0 * dr.dot(direction, normal) * normal
     above = dr.dot(mirrored, geometric)
     mirrored = dr.select(above < BEND, dr.normalize(mirrored + (BEND - above) * geometric), mirrored)
@@ -139,12 +136,16 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         by_lobe = reflects & ~passes & (roughness >= LEAST_ROUGHNESS)
         a, b = dfg_at(device, lobe.n_dot_v, roughness)
         lost = 1.0 / (a + b) - 1.0
-        paint, metal = 1.0 + DIELECTRIC_F0 * lost, 1.0 + base_color * lost
-        f0 = dr.lerp(DIELECTRIC_F0 * paint, base_color * metal, metallic)
-        f90 = dr.lerp(mi.Color3f(paint), metal, metallic)
+        facing, grazing = mi.Color3f(dielectric.x, dielectric.y, dielectric.z), dielectric.w
+        paint, metal = 1.0 + facing * lost, 1.0 + base_color * lost
+        f0 = dr.lerp(facing * paint, base_color * metal, metallic)
+        f90 = dr.lerp(grazing * paint, metal, metallic)
         rough = {"rough": by_lobe, "lobe": lobe, "f0": f0, "f90": f90, "albedo": a + b}
         fresnel = dr.select(by_lobe, f0 * a + f90 * b, fresnel)
-        diffuse *= dr.select(by_lobe, 1.0 - (DIELECTRIC_F0 * a + b) * paint, 1.0)
+        diffuse *= dr.select(by_lobe, 1.0 - (facing * a + grazing * b) * paint, 1.0)
+    unlit = (flags & UNLIT) != 0
+    emission = dr.select(unlit, base_color, emission)
+    diffuse = dr.select(unlit, 0.0, diffuse)
     radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible)
     return Surface(
         visible=visible,
@@ -174,6 +175,32 @@ def dfg_at(device: DeviceScene, n_dot_v, perceptual_roughness):  # type: ignore[
     x = (dr.sqrt(n_dot_v) * (columns - 1.0) + 0.5) / columns
     y = (perceptual_roughness * (rows - 1.0) + 0.5) / rows
     return device.dfg.eval(mi.Point2f(x, y))
+
+
+def alpha_at(device: DeviceScene, triangle, uv, valid):  # type: ignore[no-untyped-def]
+    """Alpha of scene triangles at barycentrics, and what it is compared with: 0 of opaque surfaces, below 0 of blended
+    ones."""
+    corners = dr.gather(mi.Vector4u, device.corners, triangle, valid)
+    part, weights = corners.w, (1.0 - uv.x - uv.y, uv.x, uv.y)
+    table = dr.gather(mi.Vector2f, device.part_alpha, part, valid)
+    alpha = table.x
+    if device.has_colors:
+        alpha = alpha * _interpolated(mi.Vector4f, device.colors, corners, weights, valid).w
+    if device.has_textures:
+        slots = dr.gather(mi.Vector4u, device.part_textures, part, valid)
+        u = _interpolated(mi.Vector4f, device.position_u, corners, weights, valid).w
+        v = _interpolated(mi.Vector4f, device.normal_v, corners, weights, valid).w
+        texcoords = [mi.Point2f(u, v), *_more_uv(device, corners, weights, valid)]
+        alpha = alpha * _texture(device, slots.x, texcoords, valid, srgb=False, alpha=True).x
+    return alpha, table.y
+
+
+def _interpolated(kind, table, corners, weights, active):  # type: ignore[no-untyped-def]
+    return sum(dr.gather(kind, table, corners[k], active) * weights[k] for k in range(3))
+
+
+def _more_uv(device: DeviceScene, corners, weights, active):  # type: ignore[no-untyped-def]
+    return [_interpolated(mi.Point2f, table, corners, weights, active) for table in device.more_uv]
 
 
 def _unit(vector, otherwise):  # type: ignore[no-untyped-def]
@@ -233,8 +260,9 @@ def sky_lookup(device: DeviceScene, table, direction, active):  # type: ignore[n
     return dr.lerp(top, bottom, y - fy)
 
 
-def _texture(device: DeviceScene, slot, texcoords, active, srgb: bool):  # type: ignore[no-untyped-def]
-    """Bilinear lookup in linear values by the texture's own coordinates; white where a lane has no texture."""
+def _texture(device: DeviceScene, slot, texcoords, active, srgb: bool, alpha: bool = False):  # type: ignore[no-untyped-def]
+    """Bilinear lookup in linear values, or of ``alpha``, by the texture's own coordinates; white where a lane has no
+    texture."""
     active = active & (slot != NO_TEXTURE)
     header = dr.gather(mi.Vector4u, device.texture_headers, slot, active)
     width, height = mi.Int32(dr.maximum(header.y, 1)), mi.Int32(dr.maximum(header.z, 1))
@@ -259,7 +287,7 @@ def _texture(device: DeviceScene, slot, texcoords, active, srgb: bool):  # type:
 
     def texel(x, y):  # type: ignore[no-untyped-def]
         packed = dr.gather(mi.UInt32, device.texels, header.x + mi.UInt32(y * width + x), active)
-        channels = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255]
+        channels = [packed >> 24] * 3 if alpha else [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255]
         if srgb:
             return mi.Color3f(*(dr.gather(mi.Float, device.linear_from_srgb, c, active) for c in channels))
         return mi.Color3f(*(mi.Float(c) / 255.0 for c in channels))

@@ -1,5 +1,7 @@
 """What a picture's sub-samples see."""
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -10,7 +12,9 @@ from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.footprint import covered_pixels
+from reflet.trace.light.holes import Hit, closest
 from reflet.trace.light.radiance import arrive
+from reflet.trace.sampling import threshold
 
 NOTHING = 0xFFFFFFFF
 
@@ -28,6 +32,14 @@ def _covered(device: DeviceScene, camera: Camera, index: int) -> Bool[np.ndarray
     return covered
 
 
+def first_seen(device: DeviceScene, rays: CameraRays, pixels: Int32[np.ndarray, "pixels"]) -> tuple[Any, Hit]:
+    """Unit directions of all samples of some pixels, and what they see first."""
+    pixel, sample, direction = rays.antialiased(pixels)
+    ray = mi.Ray3f(rays.eye, direction)
+    hit = closest(device, ray, mi.Bool(True), coherent=True, threshold=lambda t: threshold(pixel, sample, t))
+    return direction, hit
+
+
 def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> Visibility:
     """Which reflective triangle each sub-sample of the picture sees, at exactly the positions of playback."""
     covered = np.zeros((camera.height, camera.width), np.bool_)
@@ -37,10 +49,9 @@ def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> V
     rays = CameraRays(camera, sample_count, seed=None)
     found = []
     for batch in rays.batches(pixels):
-        direction = rays.antialiased(batch)
-        hit = device.all.ray_intersect_preliminary(mi.Ray3f(rays.eye, direction), coherent=True, active=mi.Bool(True))
-        surface, _ = arrive(device, hit.prim_index, hit.prim_uv, direction, mi.Bool(True), hit.is_valid())
-        found.append(dr.select(surface.reflects, hit.prim_index, NOTHING).numpy())
+        direction, hit = first_seen(device, rays, batch)
+        surface, _ = arrive(device, hit.triangle, hit.uv, direction, mi.Bool(True), hit.valid)
+        found.append(dr.select(surface.reflects, hit.triangle, NOTHING).numpy())
     triangle = np.concatenate(found) if found else np.zeros(0, np.uint32)
     sees = np.flatnonzero(triangle != NOTHING)
     return Visibility(

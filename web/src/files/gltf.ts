@@ -37,6 +37,13 @@ export interface Material {
   readonly normalTexture: PictureTexture | undefined;
   readonly emissionTexture: PictureTexture | undefined;
   readonly refraction: Refraction | undefined;
+  readonly alpha: number;
+  /** What alpha is compared with; below 0 it is blended, undefined where the material is opaque. */
+  readonly cutoff: number | undefined;
+  /** Of what is no metal: reflectance at normal incidence, and along the surface. */
+  readonly dielectric: { readonly f0: Vec3; readonly f90: number };
+  /** Whether its base colour is its emission. */
+  readonly unlit: boolean;
 }
 
 export interface Part {
@@ -70,6 +77,8 @@ interface TextureSlot {
 interface MaterialExtensions {
   KHR_materials_emissive_strength?: { emissiveStrength: number };
   KHR_materials_ior?: { ior: number };
+  KHR_materials_specular?: { specularFactor: number; specularColorFactor: number[] };
+  KHR_materials_unlit?: Record<string, never>;
   KHR_materials_transmission?: { transmissionFactor: number };
   KHR_materials_volume?: { attenuationColor?: number[]; attenuationDistance?: number };
 }
@@ -101,6 +110,8 @@ interface Document {
     normalTexture?: TextureSlot;
     emissiveTexture?: TextureSlot;
     emissiveFactor?: number[];
+    alphaMode?: string;
+    alphaCutoff?: number;
     doubleSided?: boolean;
     extensions?: MaterialExtensions;
   }[];
@@ -247,7 +258,19 @@ function readMaterial(item: Document["materials"][number], textures: PictureText
     normalTexture: texture(item.normalTexture),
     emissionTexture: texture(item.emissiveTexture),
     refraction: readRefraction(item.extensions ?? {}),
+    alpha: surface.baseColorFactor[3] ?? 1,
+    cutoff: item.alphaMode === "MASK" ? (item.alphaCutoff ?? 0.5) : item.alphaMode === "BLEND" ? -1 : undefined,
+    dielectric: dielectricOf(item.extensions ?? {}),
+    unlit: item.extensions?.KHR_materials_unlit !== undefined,
   };
+}
+
+/** Twin of reflet.scene.material.Material.dielectric_f0. */
+function dielectricOf(extensions: MaterialExtensions): { f0: Vec3; f90: number } {
+  const ior = extensions.KHR_materials_ior?.ior ?? 1.5;
+  const { specularFactor = 1, specularColorFactor = [1, 1, 1] } = extensions.KHR_materials_specular ?? {};
+  const facing = ior === 0 ? 1 : ((ior - 1) / (ior + 1)) ** 2;
+  return { f0: vec3(specularColorFactor.map((c) => specularFactor * Math.min(facing * c, 1))), f90: specularFactor };
 }
 
 const LEAST_ATTENUATION = 1e-6; // of a channel over the attenuation distance: black would be infinitely dense

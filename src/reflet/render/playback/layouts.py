@@ -26,7 +26,7 @@ TRIANGLE_ON_HULL = 1
 
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
-COLORS, MORE_UV = 128, 256
+COLORS, MORE_UV, HOLES, UNLIT = 128, 256, 512, 4096
 METAL, OFF_HULL, REFRACTIVE, THIN = 1024, 2048, 8192, 16384
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
@@ -48,14 +48,16 @@ PART = np.dtype(
         ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
         ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"),
         ("transmission", "f4"), ("padding", "u4"), ("absorption", "f4", 3), ("index", "f4"),
-        ("sampling", "u4"), ("extras", "u4"), ("more_padding", "u4", 2),
+        ("sampling", "u4"), ("extras", "u4"), ("alpha", "f4"), ("cutoff", "f4"),
+        ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"),
     ]
 )  # fmt: skip
 HIT_MATERIAL = np.dtype(
     [
         ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
         ("bits", "u4"), ("transmission", "f4"), ("sampling", "u4"), ("extras", "u4"),
-        ("absorption", "f4", 3), ("index", "f4"), ("pictures", "u4", (4, 4)),
+        ("absorption", "f4", 3), ("index", "f4"), ("alpha", "f4"), ("cutoff", "f4"), ("padding", "u4", 2),
+        ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"), ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
 
@@ -135,6 +137,8 @@ def fill_material(entry: np.ndarray | np.void, part: Part, extras: int) -> None:
     entry["base_color"], entry["metallic"] = material.base_color, material.metallic
     entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
     entry["bits"], entry["extras"] = part_bits(part), extras
+    entry["alpha"], entry["cutoff"] = material.alpha, material.cutoff
+    entry["dielectric_f0"], entry["dielectric_f90"] = material.dielectric_f0, material.dielectric_f90
     for k, texture in enumerate(pictures_of(part)):
         if texture is not None:
             along, across = map(WRAPS.index, texture.wraps)
@@ -158,6 +162,7 @@ def pictures_of(part: Part) -> tuple[Texture | None, ...]:
 def part_bits(part: Part) -> int:
     """What a part's own bits say, whatever it looks up."""
     bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * part.material.double_sided
+    bits |= HOLES * (part.material.alpha_mode != "opaque") | UNLIT * part.material.unlit
     bits |= COLORS * (part.mesh.colors is not None) | MORE_UV * bool(part.mesh.more_uv)
     present = (BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE)
     for texture, bit in zip(pictures_of(part), present, strict=True):

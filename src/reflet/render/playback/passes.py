@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 import wgpu
 
-from reflet.render.playback.layouts import SWITCHES
+from reflet.render.playback.layouts import HOLES, SWITCHES
 from reflet.render.playback.scene_buffers import Draw
 from reflet.render.playback.sums import Sums
 from reflet.render.playback.target import Target
@@ -76,7 +76,7 @@ class Passes:
         for item in draws:
             render_pass.set_bind_group(1, part_groups[item.part])
             vertices = 3 * item.count, 1, 3 * item.first, sub_sample
-            cull: Cull = "back" if shows_backs_apart and not item.double_sided else "none"
+            cull: Cull = "back" if shows_backs_apart and not item.double_sided and not item.bits & HOLES else "none"
             traces = program == "picture.wgsl" and item.traced and int(constants["SWITCHES"]) & SWITCHES["local"]
             shown_by = "traced_picture.wgsl" if traces else program
             built_for = {**constants, "PART_BITS": item.bits, **item.constants}

@@ -8,6 +8,7 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.holes import opacity
 from reflet.trace.surface import environment_radiance, sky_lookup, surface_at
 
 BRIGHTER = 1.0 + 1e-6  # than the mean, beyond rounding
@@ -83,7 +84,7 @@ class Emitters:
             distance = dr.norm(away)
             direction = away / dr.maximum(distance, 1e-20)
             surface = surface_at(self.device, triangle, uv, direction, on)
-            light = dr.select(surface.visible, surface.emission, 0.0)
+            light = dr.select(surface.visible, surface.emission, 0.0) * opacity(self.device, triangle, uv, on)
             density = self.density_of_hit(triangle, surface.geometric_normal, direction, distance, surface.visible)
         if self.has_environment:
             out = self._sky_direction(u[0] / self.environment_share, u[1], u[2], to_environment)
@@ -140,7 +141,7 @@ def _point_on(device: DeviceScene, triangle, uv, active):  # type: ignore[no-unt
 def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
     """Area times mean luminance of the emission, and area, of every triangle that emits; zeros for the others."""
     area, power = np.zeros(len(device.triangles)), np.zeros(len(device.triangles))
-    emits = np.array([any(part.material.emission) for part in device.scene.parts])[device.part_of_triangle]
+    emits = np.array([part.material.emits for part in device.scene.parts])[device.part_of_triangle]
     lit = np.flatnonzero(emits).astype(np.uint32)
     if len(lit):
         corners = device.positions[device.triangles[lit]].astype(np.float64)
@@ -152,7 +153,7 @@ def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
         uv = mi.Point2f(*(mi.Float(np.tile(c, len(lit)).astype(np.float32)) for c in (x, y)))
         triangle = mi.UInt32(np.repeat(lit, PROBES))
         surface = surface_at(device, triangle, uv, mi.Vector3f(0.0, 1.0, 0.0), mi.Bool(True))
-        emission = surface.emission
+        emission = surface.emission * opacity(device, triangle, uv, mi.Bool(True))
         luminance = 0.2126 * emission.x + 0.7152 * emission.y + 0.0722 * emission.z
         power[lit] = luminance.numpy().reshape(-1, PROBES).mean(-1) * area[lit]
     return power, area

@@ -16,6 +16,7 @@ from jaxtyping import Float, Float32
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.emitters import Emitters
+from reflet.trace.light.holes import blocked, closest
 from reflet.trace.light.mesh_colors import SampleSites, sample_sites
 from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.sampling import LANES, block_means, shifts
@@ -132,18 +133,18 @@ class _Gatherer:
         usable = (cosine > 0.0) & (dr.dot(geometric, drawn.direction) > 0.0) & (drawn.density > 0.0)
         ray = mi.Ray3f(origin, drawn.direction)
         ray.maxt = drawn.distance * (1.0 - 10.0 * OFFSET)
-        usable &= ~device.all.ray_test(ray, False, usable)
+        usable &= ~blocked(device, ray, usable)
         chance = cosine * dr.inv_pi
         light = dr.select(usable, drawn.radiance * (chance / (drawn.density + chance)), 0.0)
 
         direction = mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(u[2], u[3])))
         chance = dr.dot(normal, direction) * dr.inv_pi
         above = dr.dot(geometric, direction) > 0.0
-        hit = device.all.ray_intersect_preliminary(mi.Ray3f(origin, direction), coherent=False, active=above)
-        hits = hit.is_valid()
-        surface, seen = arrive(device, hit.prim_index, hit.prim_uv, direction, above, hits)
+        hit = closest(device, mi.Ray3f(origin, direction), above)
+        hits = hit.valid
+        surface, seen = arrive(device, hit.triangle, hit.uv, direction, above, hits)
         by_sampling = self.emitters.density_of_hit(
-            hit.prim_index, surface.geometric_normal, direction, hit.t, surface.visible
+            hit.triangle, surface.geometric_normal, direction, hit.t, surface.visible
         )
         emitted = dr.select(surface.visible, surface.emission, 0.0)
         light += seen - emitted + emitted * (chance / dr.maximum(chance + by_sampling, 1e-20))

@@ -142,7 +142,7 @@ def _sites(
 
 def _shows_diffuse(part: Part) -> bool:
     material = part.material
-    black = not any(material.base_color)
+    black = material.unlit or not any(material.base_color)
     mirror_only = part.reflective and material.metallic >= 1.0 and material.metallic_roughness_texture is None
     if part.reflective and material.refraction is not None:
         mirror_only = material.refraction.transmission >= 1.0

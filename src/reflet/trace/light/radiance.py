@@ -13,7 +13,9 @@ import mitsuba as mi
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.light.found_light import found_light
+from reflet.trace.light.holes import blocked, closest
 from reflet.trace.lobe import schlick
+from reflet.trace.sampling import chances
 from reflet.trace.surface import Surface, environment_radiance, surface_at
 
 MAX_BOUNCES = 8  # mirrored rays followed after the first; what is left of 0.65 is 2 %
@@ -32,9 +34,9 @@ def radiance(device: DeviceScene, ray, active, medium=0.0, density=dr.inf):  # t
     looks = device.has_rough and emitters_of(device).any
 
     def bounce(lanes, ray, arriving, throughput, medium, left, density):  # type: ignore[no-untyped-def]
-        hit = device.all.ray_intersect_preliminary(ray, coherent=False, active=lanes)
-        surface, light = arrive_drawn(device, hit.prim_index, hit.prim_uv, ray.d, lanes, hit.is_valid(), hit.t, density)
-        throughput = throughput * kept(device, medium, hit.t, hit.is_valid())
+        hit = closest(device, ray, lanes)
+        surface, light = arrive_drawn(device, hit.triangle, hit.uv, ray.d, lanes, hit.valid, hit.t, density)
+        throughput = throughput * kept(device, medium, hit.t, hit.valid)
         lanes = surface.reflects & (left > 0)
         if looks:
             light += _lit(device, surface, ray.d, lanes)
@@ -70,11 +72,11 @@ def goes_on(device: DeviceScene, surface: Surface, direction, medium):  # type: 
     """
     ray, share, density = leave(surface), surface.fresnel, mi.Float(dr.inf)
     if device.has_glass:
-        through = surface.passes & (_chances(direction, surface.position, 0)[0] >= surface.fresnel.x)
+        through = surface.passes & (chances(direction, surface.position, 0)[0] >= surface.fresnel.x)
         share = dr.select(through, surface.transmittance, dr.select(surface.passes, 1.0, surface.fresnel))
         ray, medium = _ray(surface, through), medium_after(surface, through, medium)
     if device.has_rough:
-        point = mi.Point2f(*_chances(direction, surface.position, 1))
+        point = mi.Point2f(*chances(direction, surface.position, 1))
         drawn, own, weight, v_dot_h = surface.lobe.draw(point)  # type: ignore[union-attr]
         above = dr.dot(drawn, surface.geometric_normal) > 0.0
         glossy = dr.select(above, weight * schlick(surface.f0, surface.f90, v_dot_h), 0.0)
@@ -86,11 +88,11 @@ def goes_on(device: DeviceScene, surface: Surface, direction, medium):  # type: 
 
 def _lit(device: DeviceScene, surface: Surface, direction, active):  # type: ignore[no-untyped-def]
     """Radiance that rough surfaces send back along rays, from emitters that are looked for."""
-    numbers = _chances(direction, surface.position, 2) + _chances(direction, surface.position, 3)
+    numbers = chances(direction, surface.position, 2) + chances(direction, surface.position, 3)
     found = found_light(device, surface, numbers[:3], active)
-    blocked = device.all.ray_test(found.ray, False, found.lit & found.above)
+    hidden = blocked(device, found.ray, found.lit & found.above)
     share = schlick(surface.f0, surface.f90, found.v_dot_h)
-    return dr.select(found.lit & found.above & ~blocked, share * found.light, 0.0)
+    return dr.select(found.lit & found.above & ~hidden, share * found.light, 0.0)
 
 
 def medium_after(surface: Surface, through, medium):  # type: ignore[no-untyped-def]
@@ -104,16 +106,6 @@ def kept(device: DeviceScene, medium, distance, hits):  # type: ignore[no-untype
     if not device.has_glass:
         return mi.Color3f(1.0)
     return dr.select(hits, dr.exp(-mi.Color3f(medium) * distance), 1.0)
-
-
-def _chances(direction, position, salt: int):  # type: ignore[no-untyped-def]
-    """Two numbers in [0, 1), as if random, others for each ``salt``: a ray that is mirrored to and fro meets glass in
-    the same direction again, but elsewhere."""
-    u, v, w = (dr.reinterpret_array(mi.UInt32, axis) for axis in direction)
-    x, y, z = (dr.reinterpret_array(mi.UInt32, axis) for axis in position)
-    first, _ = mi.sample_tea_32(u, v, 4)
-    second, _ = mi.sample_tea_32(x ^ w, y, 4)
-    return tuple(mi.Float(bits >> 8) * 2.0**-24 for bits in mi.sample_tea_32(first ^ z, second ^ mi.UInt32(salt), 4))
 
 
 def arrive(device: DeviceScene, triangle, uv, direction, active, hits):  # type: ignore[no-untyped-def]

@@ -14,6 +14,8 @@ from reflet.trace.references.mirror_bsdf import register_mirror
 from reflet.trace.references.placed_texture import placed_texture
 
 KINDS = ("mirrors", "gltf")
+INFINITE_INDEX = 1e9  # stands for one
+_BLACK: dict[str, Any] = {"type": "diffuse", "reflectance": 0.0}
 
 
 class MaterialPlugins:
@@ -33,13 +35,15 @@ class MaterialPlugins:
     def bsdf(self, part: Part) -> "mi.BSDF":
         """The part's own, or that of another part of the same material."""
         if not self._whole:
-            return mi.load_dict(_mirror_or_diffuse(part))
+            return mi.load_dict(_with_holes(_mirror_or_diffuse(part), part))
         mesh = part.mesh
         key = id(part.material), mesh.uv is not None, len(mesh.more_uv), mesh.colors is not None, self.bumpy(part)
         if key not in self._made:
             glass = part.material.refraction
             described = self._gltf(part) if glass is None else _glass(glass, part.material.base_color, part)
-            self._made[key] = part.material, mi.load_dict(described)
+            if part.material.unlit:
+                described = _BLACK
+            self._made[key] = part.material, mi.load_dict(_with_holes(described, part))
         return self._made[key][1]
 
     def bumpy(self, part: Part) -> bool:
@@ -62,6 +66,11 @@ class MaterialPlugins:
             "perceptual_roughness": _channel(material.perceptual_roughness, material, 1, part.mesh),
             "double_sided": material.double_sided,
             "single_scattering": self._single_scattering,
+            "ior": material.ior or INFINITE_INDEX,
+            "specular": material.specular,
+            "specular_color": mi.ScalarColor3f(material.specular_color),
+            "clearcoat": material.clearcoat,
+            "clearcoat_roughness": material.clearcoat_roughness,
         }
         if self.bumpy(part) and material.normal_texture is not None:
             bumps = material.normal_texture
@@ -81,7 +90,12 @@ def _mirror_or_diffuse(part: Part) -> dict[str, Any]:
             "base_color": color,
             "metallic": _channel(material.metallic, material, 2, part.mesh),
             "double_sided": material.double_sided,
+            "f0": mi.ScalarColor3f(material.dielectric_f0),
+            "f90": material.dielectric_f90,
+            "unlit": material.unlit,
         }
+    if material.unlit:
+        return _BLACK
     diffuse = {"type": "diffuse", "reflectance": color}
     return {"type": "twosided", "bsdf": diffuse} if material.double_sided else diffuse
 
@@ -92,6 +106,26 @@ def _glass(refraction: Refraction, base_color: Vec3, part: Part) -> dict[str, An
     tint = part_color(part, (r, g, b))
     kind = "thindielectric" if refraction.thin else "dielectric"
     return {"type": kind, "int_ior": refraction.index, "ext_ior": 1.0, "specular_transmittance": tint}
+
+
+def _with_holes(described: dict[str, Any], part: Part) -> dict[str, Any]:
+    """The BSDF where alpha says that there is something; light goes straight through elsewhere."""
+    material, mesh = part.material, part.mesh
+    if material.alpha_mode == "opaque":
+        return described
+    texture = None if mesh.uv is None else material.base_color_texture_srgb
+    alpha = np.ones((1, 1, 1)) if texture is None else texture.pixels[..., 3:] / 255.0
+    cutoff = material.alpha_cutoff if material.alpha_mode == "mask" else None
+    opacity = placed_texture(texture, alpha * material.alpha, mesh, tinted=True, cutoff=cutoff)
+    return {"type": "mask", "opacity": opacity, "bsdf": described}
+
+
+def radiance_of(part: Part) -> dict[str, Any]:
+    """What a part sends of its own."""
+    material = part.material
+    if material.unlit:
+        return part_color(part, material.base_color)
+    return color_texture(material.emission, material.emission_texture_srgb, part.mesh)
 
 
 def part_color(part: Part, factor: Vec3) -> dict[str, Any]:

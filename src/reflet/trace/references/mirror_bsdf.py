@@ -19,6 +19,8 @@ def _register(variant: str) -> None:
             self.base_color = properties["base_color"]
             self.metallic = properties["metallic"]
             self.double_sided = properties["double_sided"]
+            self.f0, self.f90 = mi.ScalarColor3f(properties["f0"]), properties["f90"]
+            self.diffuse = 0.0 if properties["unlit"] else 1.0
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
             self.m_components = [mi.BSDFFlags.DeltaReflection | sides, mi.BSDFFlags.DiffuseReflection | sides]
             self.m_flags = self.m_components[0] | self.m_components[1]
@@ -29,9 +31,10 @@ def _register(variant: str) -> None:
             color, metallic = self.base_color.eval(si, visible), self.metallic.eval_1(si, visible)
             share = self._mirror_share(metallic)
             mirrors = visible & (sample1 < share)
-            f0 = color * metallic + 0.04 * (1.0 - metallic)
+            f0 = color * metallic + self.f0 * (1.0 - metallic)
+            f90 = metallic + self.f90 * (1.0 - metallic)
             cosine = dr.maximum(dr.dot(towards, n), 0.0)
-            fresnel = f0 + (1.0 - f0) * dr.power(1.0 - cosine, 5)
+            fresnel = f0 + (f90 - f0) * dr.power(1.0 - cosine, 5)
             reflected, _ = mirrored(towards, n, ng)
             scattered = mi.Frame3f(n).to_world(mi.warp.square_to_cosine_hemisphere(sample2))
 
@@ -44,7 +47,7 @@ def _register(variant: str) -> None:
             )
             drawn.sampled_component = dr.select(mirrors, mi.UInt32(0), mi.UInt32(1))
             above = dr.dot(ng, scattered) > 0.0
-            diffuse = dr.select(above, color * (1.0 - metallic), 0.0)
+            diffuse = dr.select(above, self.diffuse * color * (1.0 - metallic), 0.0)
             weight = dr.select(mirrors, fresnel / share, diffuse / dr.maximum(1.0 - share, 0.5))
             return drawn, dr.select(visible, weight, 0.0)
 
@@ -54,7 +57,7 @@ def _register(variant: str) -> None:
             outgoing = si.to_world(wo)
             cosine = dr.dot(n, outgoing)
             lit = visible & (cosine > 0.0) & (dr.dot(ng, outgoing) > 0.0)
-            diffuse = self.base_color.eval(si, lit) * (1.0 - self.metallic.eval_1(si, lit))
+            diffuse = self.diffuse * self.base_color.eval(si, lit) * (1.0 - self.metallic.eval_1(si, lit))
             return dr.select(lit, diffuse * cosine * dr.inv_pi, 0.0)
 
         def pdf(self, context, si, wo, active=True):  # type: ignore[no-untyped-def]

@@ -12,7 +12,7 @@ from reflet.errors import RefletWarning
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
-from reflet.trace.references.materials import MaterialPlugins, color_texture
+from reflet.trace.references.materials import MaterialPlugins, radiance_of
 from reflet.trace.references.placed_texture import add_attributes
 from reflet.trace.variant import use_variant
 
@@ -49,7 +49,7 @@ class PathReference:
         described: dict[str, Any] = {"type": "scene"}
         for number, part in enumerate(scene.parts):
             described[f"part{number}"] = _shape(part, part.mesh, plugins)
-            if any(part.material.emission) and part.material.double_sided:
+            if part.material.emits and part.material.double_sided:
                 described[f"back{number}"] = _shape(part, _turned(part.mesh), plugins)
         if scene.environment is not None:
             described["environment"] = environment_emitter(scene.environment.radiance)
@@ -126,9 +126,8 @@ def _shape(part: Part, mesh: Mesh, plugins: MaterialPlugins) -> "mi.Mesh":
         density = {"type": "rgb", "value": (absorption / densest).tolist()}
         medium = {"type": "homogeneous", "albedo": 0.0, "sigma_t": density, "scale": densest}
         properties["interior"] = mi.load_dict(medium)
-    if any(material.emission):
-        radiance = color_texture(material.emission, material.emission_texture_srgb, mesh)
-        properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
+    if material.emits:
+        properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance_of(part)})
     shape = mi.Mesh(
         part.name,
         len(mesh.positions),

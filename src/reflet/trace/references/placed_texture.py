@@ -16,7 +16,9 @@ from reflet.scene.meshes.mesh import Mesh
 def _register(variant: str) -> None:
     class Placed(mi.Texture):  # type: ignore[name-defined, misc]
         """A repeating ``picture`` that goes on along u and v by ``wrap_u`` and ``wrap_v``, numbers in `WRAPS`, looked
-        up by the mesh attribute ``coordinates`` if one is named; times the mesh's ``vertex_color`` if ``tinted``."""
+        up by the mesh attribute ``coordinates`` if one is named; times the mesh's ``vertex_color`` if ``tinted``.
+
+        Of one channel it is alpha, times ``vertex_alpha``: 0 or 1 by a ``cutoff``, if there is one."""
 
         def __init__(self, properties: "mi.Properties") -> None:
             super().__init__(properties)
@@ -27,6 +29,8 @@ def _register(variant: str) -> None:
             self.coordinates = mi.load_dict({"type": "mesh_attribute", "name": name}) if name else None
             tinted = properties.get("tinted", False)
             self.tint = mi.load_dict({"type": "mesh_attribute", "name": "vertex_color"}) if tinted else None
+            self.fade = mi.load_dict({"type": "mesh_attribute", "name": "vertex_alpha"}) if tinted else None
+            self.cutoff = properties.get("cutoff", -1.0)
 
         def eval(self, si, active=True):  # type: ignore[no-untyped-def]
             """The colour there."""
@@ -35,7 +39,10 @@ def _register(variant: str) -> None:
 
         def eval_1(self, si, active=True):  # type: ignore[no-untyped-def]
             """The one channel there."""
-            return self.picture.eval_1(self._placed(si, active), active)
+            value = self.picture.eval_1(self._placed(si, active), active)
+            if self.fade is not None:
+                value *= self.fade.eval_1(si, active)
+            return value if self.cutoff < 0.0 else dr.select(value >= self.cutoff, 1.0, 0.0)
 
         def eval_3(self, si, active=True):  # type: ignore[no-untyped-def]
             """The three channels there."""
@@ -67,9 +74,15 @@ def _within(coordinate, wrap: int, size: int):  # type: ignore[no-untyped-def]
 
 
 def placed_texture(
-    texture: Texture | None, linear: Float[np.ndarray, "height width channels"], mesh: Mesh, *, tinted: bool = False
+    texture: Texture | None,
+    linear: Float[np.ndarray, "height width channels"],
+    mesh: Mesh,
+    *,
+    tinted: bool = False,
+    cutoff: float | None = None,
 ) -> dict[str, Any]:
-    """``linear`` values laid onto the mesh as ``texture`` is, times the mesh's colours if it is to be ``tinted``."""
+    """``linear`` values laid onto the mesh as ``texture`` is, times the mesh's colours if it is to be ``tinted``, or
+    its alpha if they have one channel; that is 0 below a ``cutoff`` and 1 elsewhere, if there is one."""
     plain: dict[str, Any] = {
         "type": "bitmap",
         "data": mi.TensorXf(np.ascontiguousarray(linear, np.float32)),
@@ -78,7 +91,7 @@ def placed_texture(
     }
     wraps, coordinates = (REPEATS, 0) if texture is None else (texture.wraps, texture.coordinates)
     tinted = tinted and mesh.colors is not None
-    if wraps == REPEATS and coordinates == 0 and not tinted:
+    if wraps == REPEATS and coordinates == 0 and not tinted and cutoff is None:
         return plain
     _register(mi.variant())
     height, width = linear.shape[:2]
@@ -91,6 +104,7 @@ def placed_texture(
         "height": height,
         "coordinates": attribute_name(coordinates),
         "tinted": tinted,
+        "cutoff": -1.0 if cutoff is None else cutoff,
     }
 
 
@@ -105,3 +119,4 @@ def add_attributes(shape: "mi.Mesh", mesh: Mesh) -> None:
         shape.add_attribute(attribute_name(number), 3, np.pad(uv, ((0, 0), (0, 1))).astype(np.float32).ravel())
     if mesh.colors is not None:
         shape.add_attribute("vertex_color", 3, np.ascontiguousarray(mesh.colors[:, :3], np.float32).ravel())
+        shape.add_attribute("vertex_alpha", 1, np.ascontiguousarray(mesh.colors[:, 3], np.float32))

@@ -4,7 +4,7 @@ import type { Part } from "../../files/gltf";
 import type { Bvh, Traced } from "../../scene/pem";
 import { METAL, partBits, picturesOf, sampling } from "./layouts";
 
-const MATERIAL_WORDS = 32;
+const MATERIAL_WORDS = 40;
 const MOST_DEPTH = 32; // inner nodes above a leaf, as bvh.wgsl has room for
 const LARGEST_LEAF = 4;
 const MOST_LAYERS = 256; // of an array texture, WebGPU's default
@@ -152,7 +152,7 @@ function createMaterials(
   const floats = new Float32Array(materials.buffer);
   let bits = METAL;
   parts.forEach((part, k) => {
-    const { baseColor, metallic, emission, normalScale, refraction } = part.material;
+    const { baseColor, metallic, emission, normalScale, refraction, alpha, cutoff, dielectric } = part.material;
     const at = MATERIAL_WORDS * k;
     floats.set([...baseColor, metallic, ...emission, normalScale], at);
     materials[at + 8] = partBits(part);
@@ -161,12 +161,14 @@ function createMaterials(
       floats[at + 9] = refraction.transmission;
       floats.set([...refraction.absorption, refraction.index], at + 12);
     }
+    floats.set([alpha, cutoff ?? 0], at + 16);
+    floats.set([...dielectric.f0, dielectric.f90], at + 20);
     bits |= partBits(part);
     picturesOf(part).forEach((picture, which) => {
       if (!picture) return;
       const { image } = picture;
       const place = places[images.indexOf(image)] as Place;
-      materials.set([...place, image.width + 65536 * image.height], at + 16 + 4 * which);
+      materials.set([...place, image.width + 65536 * image.height], at + 24 + 4 * which);
     });
   });
   return { materials, pictures, bits };

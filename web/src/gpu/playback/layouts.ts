@@ -16,12 +16,12 @@ const BY_ORIGIN = 256;
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
 export const FRAME_BYTES = 1856;
-export const PART_BYTES = 336;
+export const PART_BYTES = 352;
 
 const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
 const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
-const [COLORS, MORE_UV] = [128, 256];
+const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
 const [REFRACTIVE, THIN] = [8192, 16384];
 
@@ -94,6 +94,7 @@ export function partUniform(
     floats.set([...refraction.absorption, refraction.index], 76);
   }
   new Uint32Array(data).set([sampling(part), extras], 80);
+  floats.set([material.alpha, material.cutoff ?? 0, ...material.dielectric.f0, material.dielectric.f90], 82);
   return data;
 }
 
@@ -120,6 +121,7 @@ export function partBits(part: Part): number {
   picturesOf(part).forEach((texture, k) => {
     if (texture) bits |= PICTURES[k] as number;
   });
+  bits |= (part.material.cutoff !== undefined ? HOLES : 0) | (part.material.unlit ? UNLIT : 0);
   bits |= (part.colors ? COLORS : 0) | (part.moreUv.length > 0 ? MORE_UV : 0);
   const refraction = part.reflective ? part.material.refraction : undefined;
   if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);

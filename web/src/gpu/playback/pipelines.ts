@@ -40,6 +40,7 @@ export async function createPipelines(
   const [count = 0] = counts;
   if (counts.size <= 1) constants.SHELL_COUNT = count; // parts that do not reflect never ask
   if (pem.base.length === 0) constants.BASE = 0;
+  constants.HOLES = Number(pem.parts.some(({ material }) => material.cutoff !== undefined));
 
   const traced = pem.traced && {
     shader: module("traced_picture"),

@@ -240,7 +240,7 @@ function packTriangles(parts: readonly Part[], onHull: Uint8Array): Uint32Array 
       for (let corner = 0; corner < 3; corner++) {
         out[4 * triangle + corner] = firstVertex + (indices[k + corner] as number);
       }
-      out[4 * triangle + 3] = onHull[triangle] ? TRIANGLE_ON_HULL : 0;
+      out[4 * triangle + 3] = 2 * triangle + (onHull[triangle] ? TRIANGLE_ON_HULL : 0);
     }
     firstVertex += positions.length / 3;
   }

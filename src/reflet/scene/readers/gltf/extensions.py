@@ -6,7 +6,6 @@ from pathlib import Path
 from reflet.errors import RefletError
 from reflet.scene.readers.gltf.container import conversion
 from reflet.scene.readers.gltf.document import Document
-from reflet.scene.readers.gltf.glass import lets_light_through
 from reflet.scene.readers.gltf.values import JsonObject, array, child, json_object, text
 
 _HONOURED = {
@@ -16,8 +15,11 @@ _HONOURED = {
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
@@ -39,7 +41,6 @@ _HARMLESS = {  # these change nothing in a picture of the file as it stands
     "MSFT_lod",  # a node's own mesh is the finest
 }
 _CONVERTIBLE = {"KHR_blend", "KHR_materials_common", "KHR_techniques_webgl"}  # older looks, which gltf-pipeline turns
-_IOR = "KHR_materials_ior"  # honoured where light goes through
 _LEFT_OUT = "what it adds is left out"
 _CONSEQUENCES = {
     "KHR_lights_punctual": "point, spot and directional lights are left out",
@@ -48,11 +49,8 @@ _CONSEQUENCES = {
     "KHR_materials_clearcoat": "coats are left out",
     "KHR_materials_diffuse_transmission": "transparent surfaces are shown opaque",
     "KHR_materials_dispersion": "glass bends all colours alike",
-    _IOR: "what is no metal reflects 4 % at normal incidence",
     "KHR_materials_iridescence": "iridescent surfaces keep their base colour",
     "KHR_materials_sheen": "sheen is left out",
-    "KHR_materials_specular": "what is no metal reflects 4 % at normal incidence",
-    "KHR_materials_unlit": "unlit surfaces are lit",
     "KHR_materials_variants": "the default variant is shown",
 }
 _WITHOUT_EFFECT: dict[str, dict[str, object]] = {  # of a material's extension; whatever differs from this is lost
@@ -60,13 +58,9 @@ _WITHOUT_EFFECT: dict[str, dict[str, object]] = {  # of a material's extension; 
     "KHR_materials_clearcoat": {"clearcoatFactor": 0},
     "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0},
     "KHR_materials_dispersion": {"dispersion": 0},
-    _IOR: {"ior": 1.5},
     "KHR_materials_iridescence": {"iridescenceFactor": 0},
     "KHR_materials_sheen": {"sheenColorFactor": [0, 0, 0]},
-    "KHR_materials_specular": {
-        "specularFactor": 1, "specularColorFactor": [1, 1, 1], "specularTexture": None, "specularColorTexture": None,
-    },
-}  # fmt: skip
+}
 _KINDS = ("materials", "nodes", "meshes", "textures", "images", "scenes", "animations")
 
 
@@ -89,7 +83,7 @@ def note_extensions(document: Document) -> None:
             name = text(json_object(item, kind), "name") or f"number {index}"
             for used, value in _used(item):
                 known = used in _HONOURED or used in _HARMLESS
-                if not known and not _has_no_effect(used, value) and not (used == _IOR and lets_light_through(item)):
+                if not known and not _has_no_effect(used, value):
                     consequence = _CONSEQUENCES.get(used, _LEFT_OUT)
                     document.notes.add(f"{used} is not honoured: {consequence}", kind, index, name)
 

@@ -12,7 +12,7 @@ from reflet.scene.readers.gltf.accessors import Accessors
 from reflet.scene.readers.gltf.attributes import TRIANGLES, Attributes, mode
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.document import Document
-from reflet.scene.readers.gltf.materials import Materials, Placement, ReadMaterial
+from reflet.scene.readers.gltf.materials.materials import Materials, Placement, ReadMaterial
 from reflet.scene.readers.gltf.nodes import PlacedNode
 from reflet.scene.readers.gltf.pose import Vertices
 from reflet.scene.readers.gltf.rig import Rig
@@ -63,6 +63,7 @@ class Primitives:
             notes.add("corners that make no whole triangle are left out", "primitives", key, f"{surplus} of {name}")
         positions, triangles = self._numbered(positions, triangles, key, name)
         material, looks = self._looks(attributes, read, len(positions), key, name)
+        material = _opaque_if_solid(material, looks)
         bumpy = material.normal_texture is not None and looks.uv is not None
         # [glTF 2.0, 3.7.2.1]: without normals they are flat, and given tangents are ignored
         normals = attributes.floats("NORMAL", (3,), len(positions))
@@ -149,6 +150,15 @@ class Primitives:
         colors = np.ones((count, 4), np.float32)
         colors[:, : given.shape[1]] = np.clip(np.nan_to_num(given, nan=1.0, posinf=1.0, neginf=1.0), 0.0, 1.0)
         return None if (colors == 1.0).all() else colors
+
+
+def _opaque_if_solid(material: Material, looks: Looks) -> Material:
+    """Opaque where alpha is nowhere so low that anything would be seen through it: many exporters blend everything."""
+    texture = None if looks.uv is None else material.base_color_texture_srgb
+    least = material.alpha * (1.0 if texture is None else float(texture.pixels[..., 3].min()) / 255.0)
+    least *= 1.0 if looks.colors is None else float(looks.colors[:, 3].min(initial=1.0))
+    solid = least >= (1.0 if material.alpha_mode == "blend" else material.alpha_cutoff)
+    return replace(material, alpha_mode="opaque") if solid and material.alpha_mode != "opaque" else material
 
 
 def _transformed(uv: Float32[np.ndarray, "vertices 2"], placement: Placement) -> Float32[np.ndarray, "vertices 2"]:

@@ -10,7 +10,7 @@ from reflet.scene.readers.gltf.container import read_container
 from reflet.scene.readers.gltf.document import open_document
 from reflet.scene.readers.gltf.extensions import check_required, note_extensions, note_what_stands_still
 from reflet.scene.readers.gltf.images import Textures
-from reflet.scene.readers.gltf.materials import Materials
+from reflet.scene.readers.gltf.materials.materials import Materials
 from reflet.scene.readers.gltf.nodes import Nodes
 from reflet.scene.readers.gltf.primitives import Primitives
 from reflet.scene.readers.gltf.rig import Rig

@@ -39,11 +39,6 @@ def with_glass(material: Material, source: JsonObject, notes: Notes, index: int)
     return replace(material, metallic=0.0, refraction=refraction)
 
 
-def lets_light_through(source: JsonObject) -> bool:
-    """Whether a material of the file is meant to."""
-    return _share(source) > 0.0
-
-
 def _share(source: JsonObject) -> float:
     return min(max(number(extension(source, _TRANSMISSION) or {}, "transmissionFactor", 0.0), 0.0), 1.0)
 

@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from reflet.scene.material import MIRROR, Material, Texture, Vec3
+from reflet.scene.material import MIRROR, AlphaMode, Material, Texture, Vec3
 from reflet.scene.readers.gltf.document import Document
-from reflet.scene.readers.gltf.glass import with_glass
 from reflet.scene.readers.gltf.images import Textures
-from reflet.scene.readers.gltf.specular_glossiness import converted_textures, metallic_roughness
+from reflet.scene.readers.gltf.materials.factors import Factors
+from reflet.scene.readers.gltf.materials.glass import with_glass
+from reflet.scene.readers.gltf.materials.reflecting import with_reflection
+from reflet.scene.readers.gltf.materials.specular_glossiness import converted_textures, metallic_roughness
 from reflet.scene.readers.gltf.values import (
     JsonObject,
     child,
@@ -61,14 +63,10 @@ class Materials:
         older = extension(source, _SPECULAR_GLOSSINESS)
         pbr = child(source, "pbrMetallicRoughness")
         bumps, placed = _info(source, "normalTexture"), _Placed(self._textures)
-        if older is None:
-            material = self._newer(pbr, placed)
-            alpha = numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3]
-        else:
-            material = self._older(older, placed, index, name)
-            alpha = numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[3]
+        factors = Factors(self._document.notes, index, name)
+        material = self._newer(pbr, placed, factors) if older is None else self._older(older, placed, factors)
         strength = number(extension(source, "KHR_materials_emissive_strength") or {}, "emissiveStrength", 1.0)
-        emission = np.maximum(np.array(numbers(source, "emissiveFactor", (0.0, 0.0, 0.0))) * strength, 0.0)
+        emission = np.maximum(np.array(factors.amounts(source, "emissiveFactor", (0.0, 0.0, 0.0))) * strength, 0.0)
         material = replace(
             material,
             name=name,
@@ -79,46 +77,44 @@ class Materials:
             emission_texture_srgb=placed.texture(_info(source, "emissiveTexture")),
         )
         material = with_glass(material, source, self._document.notes, index)
-        self._note_transparency(source, material, alpha, index)
+        material = with_reflection(_with_alpha_mode(material, source, factors), source, self._textures, factors)
         return ReadMaterial(material, tuple(placed.placements))
 
-    def _newer(self, pbr: JsonObject, placed: "_Placed") -> Material:
+    def _newer(self, pbr: JsonObject, placed: "_Placed", factors: Factors) -> Material:
+        r, g, b, alpha = factors.shares(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))
         return Material(
-            base_color=_vec3(_unit_colors(numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3])[0]),
-            metallic=_unit(number(pbr, "metallicFactor", 1.0)),
-            perceptual_roughness=_unit(number(pbr, "roughnessFactor", 1.0)),
+            base_color=(r, g, b),
+            alpha=alpha,
+            metallic=factors.share(pbr, "metallicFactor", 1.0),
+            perceptual_roughness=factors.share(pbr, "roughnessFactor", 1.0),
             base_color_texture_srgb=placed.texture(_info(pbr, "baseColorTexture")),
             metallic_roughness_texture=placed.texture(_info(pbr, "metallicRoughnessTexture")),
         )
 
-    def _older(self, older: JsonObject, placed: "_Placed", index: int, name: str) -> Material:
-        diffuse = _unit_colors(numbers(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[:3])
-        specular = _unit_colors(numbers(older, "specularFactor", (1.0, 1.0, 1.0)))
-        glossiness = _unit(number(older, "glossinessFactor", 1.0))
+    def _older(self, older: JsonObject, placed: "_Placed", factors: Factors) -> Material:
+        *color, alpha = factors.shares(older, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))
+        diffuse = np.array([color])
+        specular = np.array([factors.shares(older, "specularFactor", (1.0, 1.0, 1.0))])
+        glossiness = factors.share(older, "glossinessFactor", 1.0)
         textures = [placed.texture(_info(older, key)) for key in ("diffuseTexture", "specularGlossinessTexture")]
         given = [texture for texture in textures if texture is not None]
         if not given:
             base, metallic, roughness = metallic_roughness(diffuse, specular, np.array([glossiness]))
             return Material(
-                base_color=_vec3(base[0]), metallic=float(metallic[0]), perceptual_roughness=float(roughness[0])
-            )
+                base_color=_vec3(base[0]), alpha=alpha, metallic=float(metallic[0]),
+                perceptual_roughness=float(roughness[0]),
+            )  # fmt: skip
         diffuse_srgb, specular_srgb = (None if texture is None else texture.pixels for texture in textures)
         base_texture, other_texture = converted_textures(
             diffuse_srgb, specular_srgb, (diffuse[0], specular[0], glossiness)
         )
         if given[0].coordinates != given[-1].coordinates or given[0].wraps != given[-1].wraps:
-            what = "specular and glossiness that lie otherwise than the diffuse colour are placed like it"
-            self._document.notes.add(what, "materials", index, name)
+            factors.note("specular and glossiness that lie otherwise than the diffuse colour are placed like it")
         return Material(
+            alpha=alpha,
             base_color_texture_srgb=replace(given[0], pixels=base_texture, encoded=None),
             metallic_roughness_texture=replace(given[0], pixels=other_texture, encoded=None),
         )
-
-    def _note_transparency(self, source: JsonObject, material: Material, alpha: float, index: int) -> None:
-        mode, texture = source.get("alphaMode"), material.base_color_texture_srgb
-        least = alpha * (1.0 if texture is None else float(texture.pixels[..., 3].min()) / 255.0)
-        if (mode == "BLEND" and least < 1.0) or (mode == "MASK" and least < number(source, "alphaCutoff", 0.5)):
-            self._document.notes.add("what is transparent is shown opaque", "materials", index, material.name)
 
 
 class _Placed:
@@ -153,12 +149,14 @@ def _info(parent: JsonObject, key: str) -> JsonObject | None:
     return None if parent.get(key) is None else json_object(parent[key], key)
 
 
-def _unit(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
-
-
-def _unit_colors(values: tuple[float, ...]) -> Float[np.ndarray, "1 3"]:
-    return np.clip(np.array([values]), 0.0, 1.0)
+def _with_alpha_mode(material: Material, source: JsonObject, factors: Factors) -> Material:
+    """``material`` with what glTF says of its alpha."""
+    modes: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
+    given = source.get("alphaMode", "OPAQUE")
+    if given not in modes:
+        factors.note("an alphaMode that there is not is taken as OPAQUE")
+    mode = modes.get(str(given), "opaque")
+    return replace(material, alpha_mode=mode, alpha_cutoff=factors.amount(source, "alphaCutoff", 0.5))
 
 
 def _vec3(values: Float[np.ndarray, "3"]) -> Vec3:
