@@ -370,7 +370,7 @@ def test_after_a_bounce_the_nearer_neighbour_tells_the_level(monkeypatch: pytest
 def test_more_samples_see_finer_levels() -> None:
     """By half a level for twice as many, where rays are traced."""
     pem = replace(traced_pem(Part("torus", torus(), MIRROR, True)), sample_count=16, lod_bias=-3.0)
-    assert [pem.lod_bias_at(samples) for samples in (1, 4, 16, 64)] == [-1.0, -2.0, -3.0, -4.0]
+    assert [pem.lod_bias_at(samples) for samples in (1, 4, 16, 64, 256)] == [-1.0, -2.0, -3.0, -4.0, -4.0]
     assert [replace(pem, most_hits=0).lod_bias_at(samples) for samples in (4, 64)] == [-3.0, -3.0]
 
 

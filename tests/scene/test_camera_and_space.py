@@ -95,7 +95,7 @@ def test_the_pattern_starts_with_webgpus_four_and_the_sixteen_that_maps_were_inf
     np.testing.assert_array_equal(sample_positions(4) * 8, [[3, 1], [7, 3], [1, 5], [5, 7]])
     np.testing.assert_array_equal(sample_positions(1), [[0.5, 0.5]])
     np.testing.assert_array_equal(sample_positions(16) * 32, FIRST_16)
-    with pytest.raises(RefletError, match="1, 4, 16 or 64, not 3"):
+    with pytest.raises(RefletError, match="1, 4, 16, 64 or 256, not 3"):
         sample_positions(3)
 
 
@@ -117,7 +117,22 @@ def test_each_sixteen_of_the_pattern_are_stratified() -> None:
         assert len({(int(x * 4), int(y * 4)) for x, y in sixteen}) == 16
 
 
-@pytest.mark.parametrize(("first", "most"), [(1, 4), (16, 16), (64, 16), (4, 15), (16, 256)])
+def test_more_samples_are_worth_it_at_edges() -> None:
+    """The root mean square error of the share of a pixel beside a line, for lines that cross it anywhere."""
+    rng = np.random.default_rng(1)
+    angle, apart = rng.uniform(0.0, 2.0 * np.pi, 4000), rng.uniform(-0.7, 0.7, 4000)
+    normal = np.stack([np.cos(angle), np.sin(angle)])
+
+    def share(positions: np.ndarray) -> np.ndarray:
+        return ((positions - 0.5) @ normal < apart).mean(0)
+
+    fine = (np.stack(np.meshgrid(*[np.arange(128)] * 2), -1).reshape(-1, 2) + 0.5) / 128
+    errors = [np.sqrt(np.mean((share(sample_positions(count)) - share(fine)) ** 2)) for count in (4, 16, 64, 256)]
+    # four times as many random ones would halve it
+    assert errors[1] < errors[0] / 2 and errors[2] < errors[1] / 2 and errors[3] < errors[2] / 2
+
+
+@pytest.mark.parametrize(("first", "most"), [(1, 4), (16, 16), (64, 16), (4, 15), (64, 1024)])
 def test_adaptive_counts_are_those_of_the_pattern(first: int, most: int) -> None:
     with pytest.raises(RefletError, match=f"not from {first} to {most}"):
         Adaptive(first, most)

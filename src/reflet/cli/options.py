@@ -35,7 +35,7 @@ samples_option = click.option(
     type=click.Choice(list(_SAMPLES)),
     default="adaptive",
     show_default=True,
-    help="Samples a pixel; adaptive: 16, and 64 where those disagree, as the viewer at rest; motion: 4, and 16.",
+    help="Samples a pixel; adaptive: 16, and 256 where those disagree, as the viewer at rest; motion: 4, and 16.",
 )
 PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(

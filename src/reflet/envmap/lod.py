@@ -8,6 +8,7 @@ from reflet.envmap.parameterizations.cube import AXES, CUBE, face_from_direction
 from reflet.envmap.parameterizations.parameterization import Parameterization
 
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
+_FINEST_SAMPLES = 64
 
 
 def lod_from_neighbours(
@@ -27,8 +28,8 @@ def lod_from_neighbours(
 
 def finer_lod_bias(lod_bias: float, sample_count: int, samples: int) -> float:
     """An LOD bias that is for ``sample_count`` samples a pixel, at ``samples``: half a level a doubling, as samples lie
-    closer together."""
-    return lod_bias - 0.5 * float(np.log2(samples / sample_count))
+    closer together, up to `_FINEST_SAMPLES`; finer levels than theirs show texels, which crawl as the camera moves."""
+    return lod_bias - 0.5 * float(np.log2(min(samples, _FINEST_SAMPLES) / sample_count))
 
 
 def _distance_on_face(direction: Float[np.ndarray, "3 n 3"]) -> Float[np.ndarray, "n"]:

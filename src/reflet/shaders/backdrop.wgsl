@@ -33,10 +33,10 @@ fn environment_at(at: vec2f) -> vec4f {
 
 @fragment
 fn backdrop_single(in: Backdrop) -> @location(0) vec4f {
-  return environment_at(floor(in.position.xy) + frame.sub_samples[in.sub_sample].xy);
+  return environment_at(floor(in.position.xy) + sub_sample_position(in.sub_sample));
 }
 
 @fragment
 fn backdrop_multi(in: Backdrop, @builtin(sample_index) sub_sample: u32) -> @location(0) vec4f {
-  return environment_at(floor(in.position.xy) + frame.sub_samples[sub_sample].xy);
+  return environment_at(floor(in.position.xy) + sub_sample_position(sub_sample));
 }

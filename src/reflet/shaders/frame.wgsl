@@ -27,7 +27,7 @@ struct Frame {
   width: f32,                     // of the picture in pixels
   ray_dy: vec3f,
   height: f32,
-  sub_samples: array<vec4f, 64>,  // positions from a pixel's top left corner, in pixels
+  sub_samples: array<vec4f, 64>,  // see sub_sample_position
   blend: array<vec4f, 9>,         // blended samples of the parameter space: weight, slot in the arrays of maps; then BASE_MAP
   blend_count: u32,
   switches: u32,                  // SHOW_*, OBJECT_ONLY, HIDE_SHELL and BY_ORIGIN bits
@@ -70,6 +70,14 @@ override BASE: u32 = 0xffffffffu;
 @group(0) @binding(4) var<storage, read> radiosity: array<f32>;
 @group(0) @binding(5) var environment: texture_2d<f32>;
 @group(0) @binding(6) var environment_sampler: sampler;
+
+// Of a sub-sample from its pixel's top left corner, in pixels. After 64 the pattern repeats, moved by half a pixel diagonally,
+// then across, then down (reflet.scene.views.sample_pattern).
+fn sub_sample_position(k: u32) -> vec2f {
+  let turn = k >> 6u;
+  let moved = vec2f(select(0.0, 0.5, turn == 1u || turn == 2u), select(0.0, 0.5, turn == 1u || turn == 3u));
+  return fract(frame.sub_samples[k & 63u].xy + moved);
+}
 
 fn switched_on(bit: u32) -> bool {
   return (select(SWITCHES, frame.switches, SWITCHES == 0xffffffffu) & bit) != 0u;

@@ -15,7 +15,7 @@ fn clip_of(position: vec3f) -> vec4f {
 
 // For one sub-sample a pixel: the picture is shifted so that the sub-sample's position comes to lie on the pixel's centre.
 fn shifted(clip: vec4f, sub_sample: u32) -> vec4f {
-  let shift = vec2f(0.5) - frame.sub_samples[sub_sample].xy;
+  let shift = vec2f(0.5) - sub_sample_position(sub_sample);
   return clip + vec4f(2.0 * shift.x / frame.width, -2.0 * shift.y / frame.height, 0.0, 0.0) * clip.w;
 }
 

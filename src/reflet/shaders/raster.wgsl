@@ -100,5 +100,5 @@ fn vertex_multi(@builtin(vertex_index) vertex: u32) -> Raster {
 
 // Pixel coordinates of a sub-sample in the pixel that `position` lies in.
 fn sub_sample_at(position: vec4f, sub_sample: u32) -> vec2f {
-  return floor(position.xy) + frame.sub_samples[sub_sample].xy;
+  return floor(position.xy) + sub_sample_position(sub_sample);
 }

@@ -11,13 +11,20 @@ const PATTERN = [
   [15, 23], [119, 15], [39, 115], [83, 39], [87, 67], [97, 51], [107, 119], [25, 71],
 ] as const; // biome-ignore format: a table
 
+const MOVED = [
+  [0, 0],
+  [64, 64],
+  [64, 0],
+  [0, 64],
+] as const; // and the same again, and again
+
 /** Samples where they count: the pattern's `first` in every pixel, all `most` where those disagree. */
 export interface Adaptive {
   readonly first: number;
   readonly most: number;
 }
 
-export const AT_REST: Adaptive = { first: 16, most: 64 };
+export const AT_REST: Adaptive = { first: 16, most: 256 };
 export const IN_MOTION: Adaptive = { first: 4, most: 16 };
 
 /** A pixel. */
@@ -27,5 +34,6 @@ export const mostSamples = (samples: Samples): number => (typeof samples === "nu
 
 /** The first `count` positions as [x, y] from a pixel's top left corner, in pixels; one is the centre. */
 export function samplePositions(count: number): (readonly [number, number])[] {
-  return count === 1 ? [[0.5, 0.5]] : PATTERN.slice(0, count).map(([x, y]) => [x / 128, y / 128] as const);
+  const all = MOVED.flatMap(([right, down]) => PATTERN.map(([x, y]) => [(x + right) % 128, (y + down) % 128] as const));
+  return count === 1 ? [[0.5, 0.5]] : all.slice(0, count).map(([x, y]) => [x / 128, y / 128] as const);
 }

@@ -141,9 +141,11 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   };
 }
 
+const FINEST_SAMPLES = 64; // finer levels than theirs show texels, which crawl as the camera moves
+
 /** What the LOD of env maps is shifted by at so many samples a pixel. */
 export function lodBiasAt(pem: Pick<Pem, "lodBias" | "sampleCount" | "traced">, samples: number): number {
-  return pem.lodBias - (pem.traced ? 0.5 * Math.log2(samples / pem.sampleCount) : 0);
+  return pem.lodBias - (pem.traced ? 0.5 * Math.log2(Math.min(samples, FINEST_SAMPLES) / pem.sampleCount) : 0);
 }
 
 /** How much of the distant light comes from the base at a point, from 0 to 1. */

@@ -91,7 +91,8 @@ def frame_uniform(
     frame["rows_rest"][:, :3] = pixel_from_view - frame["rows"][:, :3].astype(np.float64)
     frame["lod_bias"], frame["texture_lod_bias"] = lod_bias, -0.5 * np.log2(sample_count)
     frame["width"], frame["height"] = camera.width, camera.height
-    frame["sub_samples"][:sample_count, :2] = sample_positions(sample_count)
+    positions = sample_positions(sample_count)[: len(frame["sub_samples"])]
+    frame["sub_samples"][: len(positions), :2] = positions
     for k, each in (*enumerate(blend), (LARGEST_BLEND, base)):
         frame["blend"][k, :2] = each.weight, each.slot
         frame["map_from_world"][k, :, :3] = each.map_from_world.T  # by columns

@@ -75,8 +75,8 @@ class Renderer:
     ) -> Float32[np.ndarray, "height width 4"]:
         """Linear radiance, and coverage in alpha.
 
-        ``samples`` a pixel (1, 4, 16 or 64) are by default those that the maps were inferred for; "adaptive" takes 16,
-        and 64 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes the
+        ``samples`` a pixel (1, 4, 16, 64 or 256) are by default those that the maps were inferred for; "adaptive" takes 16,
+        and 256 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes the
         maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
         ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local": what local
         maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells``

@@ -1,6 +1,6 @@
 """The sub-sample positions that maps are inferred and shown with, and how many of them a picture takes.
 
-One table of 64. The first 4 are WebGPU's standard positions for 4 samples a pixel. With twelve more they lie one in
+One table of 64, and three times the same moved by half a pixel: diagonally, across, and down. The first 4 are WebGPU's standard positions for 4 samples a pixel. With twelve more they lie one in
 each cell of a 4×4 grid, no two in the same 1/32 column or row, at least 5.6/32 apart (also across the pixel's edges,
 where the pattern repeats). All 64 lie one in each cell of an 8×8 grid and one in each of 64 columns and rows, at least
 12.7/128 apart; each further 16 have one in each cell of the 4×4 grid, those far from all before first. A search swapped
@@ -32,12 +32,15 @@ PATTERN = (
 )  # fmt: skip
 PATTERN.setflags(write=False)
 
-SAMPLE_COUNTS = (1, 4, 16, 64)
+_MOVED = np.array([(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)])
+_ALL = ((PATTERN + _MOVED[:, None]) % 1.0).reshape(-1, 2)
+
+SAMPLE_COUNTS = (1, 4, 16, 64, 256)
 
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Samples where they count: the pattern's ``first`` in every pixel, all ``most`` where those disagree."""
+    """Samples where they count: the ``first`` in every pixel, all ``most`` where those disagree."""
 
     first: int
     most: int
@@ -45,7 +48,7 @@ class Adaptive:
     def __post_init__(self) -> None:
         if not (self.first in SAMPLE_COUNTS and self.most in SAMPLE_COUNTS and 1 < self.first < self.most):
             raise RefletError(
-                "An adaptive picture begins with 4 or 16 samples a pixel and goes on to 16 or 64, not from "
+                "An adaptive picture begins with 4, 16 or 64 samples a pixel and goes on to 16, 64 or 256, not from "
                 f"{self.first} to {self.most}."
             )
 
@@ -53,11 +56,11 @@ class Adaptive:
         return f"{self.first} to {self.most}"
 
 
-AT_REST, IN_MOTION = Adaptive(16, 64), Adaptive(4, 16)
+AT_REST, IN_MOTION = Adaptive(16, 256), Adaptive(4, 16)
 
 
 def sample_positions(count: int) -> Float[np.ndarray, "count 2"]:
-    """The first ``count`` (1, 4, 16 or 64) positions as (x, y) from a pixel's top left corner; one is the centre."""
+    """The first ``count`` (1, 4, 16, 64 or 256) positions as (x, y) from a pixel's top left corner; one is the centre."""
     if count not in SAMPLE_COUNTS:
-        raise RefletError(f"Samples a pixel must be 1, 4, 16 or 64, not {count}.")
-    return np.array([[0.5, 0.5]]) if count == 1 else PATTERN[:count]
+        raise RefletError(f"Samples a pixel must be 1, 4, 16, 64 or 256, not {count}.")
+    return np.array([[0.5, 0.5]]) if count == 1 else _ALL[:count]

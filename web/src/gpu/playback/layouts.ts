@@ -36,9 +36,7 @@ export function frameUniform(view: View, sampleCount: number, lodBias: number): 
   floats.set([...corner, -0.5 * Math.log2(sampleCount)], 20);
   floats.set([...dx, camera.width], 24);
   floats.set([...dy, camera.height], 28);
-  samplePositions(sampleCount).forEach((position, k) => {
-    floats.set(position, 32 + 4 * k);
-  });
+  for (const [k, position] of samplePositions(sampleCount).slice(0, 64).entries()) floats.set(position, 32 + 4 * k);
   for (const [k, { slot, weight, mapFromWorld }] of [...blend.entries(), [LARGEST_BLEND, base] as const]) {
     floats.set([weight, slot], 288 + 4 * k);
     mapFromWorld.forEach((row, i) => {
