@@ -73,7 +73,7 @@ def test_render_takes_samples_where_they_count_unless_told(baked: Path, tmp_path
         assert reflet("render", baked, "--azimuth", "62", "--size", "48", *more, "-o", tmp_path / "view.exr") == 0
         return read_exr(tmp_path / "view.exr")
 
-    by_default, all_alike = picture(), {count: picture("--samples", count) for count in ("1", "4", "16", "64")}
+    by_default, all_alike = picture(), {count: picture("--samples", count) for count in ("1", "4", "16", "256")}
     np.testing.assert_array_equal(by_default, picture("--samples", "adaptive"))
     adaptive = open_pem(baked)
     expected = Renderer(adaptive).frame(
@@ -82,8 +82,8 @@ def test_render_takes_samples_where_they_count_unless_told(baked: Path, tmp_path
     np.testing.assert_array_equal(by_default, expected[..., :3])
     for few, more in pairwise([*all_alike.values(), by_default]):
         assert not np.array_equal(few, more)
-    # Of the pictures of 1, 4, 16 samples and of where they count the last is nearest to that of 64.
-    errors = [np.square(each - all_alike["64"]).mean() for each in (*all_alike.values(), by_default)]
+    # Of the pictures of 1, 4, 16 samples and of where they count the last is nearest to that of 256.
+    errors = [np.square(each - all_alike["256"]).mean() for each in (*all_alike.values(), by_default)]
     assert errors[0] > errors[1] > errors[2] > errors[4] > errors[3] == 0
 
 

@@ -16,7 +16,7 @@ from reflet.cli.progress import progress_bar
 @click.option(
     "--images", type=click.Path(path_type=Path), metavar="DIR", help="Write the .exr behind each number here."
 )
-@samples_option
+@samples_option("quick")
 @click.option(
     "--spp", type=click.IntRange(1), default=256, show_default=True, help="Rays a pixel of the ray-traced reference."
 )

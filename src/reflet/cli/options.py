@@ -10,7 +10,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
 from reflet.pem.layout import CODECS
-from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, SAMPLE_COUNTS, Adaptive
+from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, QUICKLY, SAMPLE_COUNTS, Adaptive
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
@@ -29,14 +29,26 @@ codec_option = click.option(
     show_default=True,
     help="How maps and environment are stored: coded small, or none: half floats in KTX2, and floats.",
 )
-_SAMPLES: dict[str, int | Adaptive] = {"adaptive": AT_REST, "motion": IN_MOTION, **{str(n): n for n in SAMPLE_COUNTS}}
-samples_option = click.option(
-    "--samples",
-    type=click.Choice(list(_SAMPLES)),
-    default="adaptive",
-    show_default=True,
-    help="Samples a pixel; adaptive: 16, and 256 where those disagree, as the viewer at rest; motion: 4, and 16.",
-)
+_SAMPLES: dict[str, int | Adaptive] = {
+    "adaptive": AT_REST,
+    "quick": QUICKLY,
+    "motion": IN_MOTION,
+    **{str(n): n for n in SAMPLE_COUNTS},
+}
+
+
+def samples_option(default: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Samples a pixel, as `asked_samples` takes them."""
+    return click.option(
+        "--samples",
+        type=click.Choice(list(_SAMPLES)),
+        default=default,
+        show_default=True,
+        help="Samples a pixel; adaptive: 16, and 256 where those disagree, as the viewer at rest; quick: 16, and 64; "
+        "motion: 4, and 16.",
+    )
+
+
 PARAMETERIZATION = click.Choice(list(PARAMETERIZATIONS.values()))
 from_option = click.option(
     "--from", "source_is", type=PARAMETERIZATION, help="What the file holds, where it does not tell by itself."

@@ -15,7 +15,7 @@ from reflet.cli.progress import progress_bar
 @click.option("--distance", type=float, help="Metres from the target; by default that of the baked orbit.")
 @click.option("--nearest", is_flag=True, help="Show the maps of the nearest viewpoint instead of a blend.")
 @click.option("--by-origin", is_flag=True, help="Colour mirrored light by where it comes from.")
-@samples_option
+@samples_option("adaptive")
 @click.option("--size", type=click.IntRange(1), help="Pixels along an edge; by default as baked.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The .png or .exr to write.")
 def render(

@@ -32,6 +32,7 @@ from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, sq
 from reflet.report.tally import Tally
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace, orbit_space
+from reflet.scene.views.sample_pattern import QUICKLY
 from reflet.trace.compose import compose, object_radiance, object_under_distant
 from reflet.trace.layers import Shells
 from reflet.trace.tracer import Tracer
@@ -76,16 +77,16 @@ def compare(
     viewpoints of a dome around them.
 
     Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (as
-    `Renderer.frame` takes them; by default where they count, and maps alone with those that they were inferred for).
-    Rivals are inferred at the same samples from the same layers (``trace_spp`` defaults to the bake's), among them
-    the paper's layers where the PEM traces its own mesh; static maps are seen from the object's centre. The reference
-    has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own maps show is measured, in a third
-    of the time. With ``images`` the pictures behind each number are written into that folder:
+    `Renderer.frame` takes them; by default 16, and 64 where those disagree; maps alone with those that they were
+    inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp`` defaults to the bake's),
+    among them the paper's layers where the PEM traces its own mesh; static maps are seen from the object's centre. The
+    reference has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own maps show is measured,
+    in a third of the time. With ``images`` the pictures behind each number are written into that folder:
     ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object, zero where the mask
     is), and reference-picture and played-picture (everything). Holds about 20 bytes a pixel and view, and the rivals'
     maps.
     """
-    samples = samples or "adaptive"
+    samples = samples or QUICKLY
     traces = pem.most_hits > 0
     trace_spp = trace_spp or int(pem.statistics.get("spp", 64))
     folder = Path(images) if images is not None else None
@@ -109,10 +110,11 @@ def compare(
             _write(folder, reference, method, image)
 
     renderer, static = Renderer(pem), Renderer(_static_shells(pem, tracer))
-    wholes: list[tuple[str, Renderer, Collection[Shown]]] = [
-        ("traced" if traces else "layered", renderer, ALL_SHOWN),
-        *([("traced-static", static, ALL_SHOWN)] if traces else []),
-        ("static-shells", static, ALL_SHOWN - {"local"}),
+    of_maps = samples if isinstance(samples, int) else None  # of maps alone: those that they were inferred for
+    wholes: list[tuple[str, Renderer, Collection[Shown], Samples | None]] = [
+        ("traced" if traces else "layered", renderer, ALL_SHOWN, samples),
+        *([("traced-static", static, ALL_SHOWN, samples)] if traces else []),
+        ("static-shells", static, ALL_SHOWN - {"local"}, of_maps),
     ]
     distant_layers: list[tuple[str, Renderer, float | None]] = [
         ("distant-only", renderer, None),
@@ -128,11 +130,10 @@ def compare(
         ).layers
         reference = _Reference(view, camera, *object_radiance(layers))
         references.append(reference)
-        for method, drawn_by, shown in wholes:
-            image = drawn_by.frame(camera, what="object", samples=samples, layers=shown)
+        for method, drawn_by, shown, of_method in wholes:
+            image = drawn_by.frame(camera, what="object", samples=of_method, layers=shown)
             measure(method, reference, straight(image))
         for method, drawn_by, base in distant_layers:
-            of_maps = samples if isinstance(samples, int) else None
             distant = straight(drawn_by.layer_image(camera, "distant", samples=of_maps, base=base))
             measure(method, reference, object_under_distant(layers, distant))
         wanted = whole is None or (view.where, view.number) == ("between", 0)

@@ -75,19 +75,19 @@ class Renderer:
     ) -> Float32[np.ndarray, "height width 4"]:
         """Linear radiance, and coverage in alpha.
 
-        ``samples`` a pixel (1, 4, 16, 64 or 256) are by default those that the maps were inferred for; "adaptive" takes 16,
-        and 256 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes the
-        maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
+        ``samples`` a pixel (1, 4, 16, 64 or 256) are by default those that the maps were inferred for; "adaptive" takes
+        16, and 256 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes
+        the maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
         ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local": what local
-        maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells``
-        are the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of
-        the distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0
-        shows the samples alone, 1 the base alone. ``by_origin`` shows mirrored light in the colour of where it comes
-        from, with its own luminance: orange from the object's own mesh or local maps, blue from the last shell, green
-        from the nearest before it and yellow from one between them.
-        The "object" is what fronts of reflective parts show, multiplied by its coverage. ``multisampled`` draws four
-        samples in one pass with half-float radiance, as viewers do in motion. Unless ``exact``, surfaces are
-        interpolated by the rasterizer, which is faster, and a little different on every driver.
+        maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells`` are the numbers of
+        those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of the distant light
+        that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0 shows the samples
+        alone, 1 the base alone. ``by_origin`` shows mirrored light in the colour of where it comes from, with its own
+        luminance: orange from the object's own mesh or local maps, blue from the last shell, green from the nearest
+        before it and yellow from one between them. The "object" is what fronts of reflective parts show, multiplied by
+        its coverage. ``multisampled`` draws four samples in one pass with half-float radiance, as viewers do in motion.
+        Unless ``exact``, surfaces are interpolated by the rasterizer, which is faster, and a little different on every
+        driver.
         """
         samples = self._asked(samples)
         if multisampled and samples != 4:

@@ -1,10 +1,11 @@
 """The sub-sample positions that maps are inferred and shown with, and how many of them a picture takes.
 
-One table of 64, and three times the same moved by half a pixel: diagonally, across, and down. The first 4 are WebGPU's standard positions for 4 samples a pixel. With twelve more they lie one in
-each cell of a 4×4 grid, no two in the same 1/32 column or row, at least 5.6/32 apart (also across the pixel's edges,
-where the pattern repeats). All 64 lie one in each cell of an 8×8 grid and one in each of 64 columns and rows, at least
-12.7/128 apart; each further 16 have one in each cell of the 4×4 grid, those far from all before first. A search swapped
-columns and rows within these grids until the closest pairs were as far apart as they get.
+One table of 64, and three times the same moved by half a pixel: diagonally, across, and down. The first 4 are WebGPU's
+standard positions for 4 samples a pixel. With twelve more they lie one in each cell of a 4×4 grid, no two in the same
+1/32 column or row, at least 5.6/32 apart (also across the pixel's edges, where the pattern repeats). All 64 lie one in
+each cell of an 8×8 grid and one in each of 64 columns and rows, at least 12.7/128 apart; each further 16 have one in
+each cell of the 4×4 grid, those far from all before first. A search swapped columns and rows within these grids until
+the closest pairs were as far apart as they get.
 """
 
 from dataclasses import dataclass
@@ -56,11 +57,11 @@ class Adaptive:
         return f"{self.first} to {self.most}"
 
 
-AT_REST, IN_MOTION = Adaptive(16, 256), Adaptive(4, 16)
+AT_REST, QUICKLY, IN_MOTION = Adaptive(16, 256), Adaptive(16, 64), Adaptive(4, 16)
 
 
 def sample_positions(count: int) -> Float[np.ndarray, "count 2"]:
-    """The first ``count`` (1, 4, 16, 64 or 256) positions as (x, y) from a pixel's top left corner; one is the centre."""
+    """The first 1, 4, 16, 64 or 256 positions as (x, y) from a pixel's top left corner; one is the centre."""
     if count not in SAMPLE_COUNTS:
         raise RefletError(f"Samples a pixel must be 1, 4, 16, 64 or 256, not {count}.")
     return np.array([[0.5, 0.5]]) if count == 1 else _ALL[:count]
