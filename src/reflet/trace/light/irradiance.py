@@ -22,7 +22,7 @@ from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.sampling import LANES, block_means, shifts
 from reflet.trace.surface import OFFSET, surface_at
 
-SETTLING_SPP = 16
+SETTLING_SPP = 8  # noise of single sites averages out over the rays of the next pass
 MOST_PASSES = 16
 SETTLED = 3e-3  # passes end when the mean radiosity changes by less
 CAUSTIC_LIMIT = 100.0  # radiance found by way of a mirror counts up to this times the mean radiosity
