@@ -77,10 +77,11 @@ def picture(
     return Texture(pixels, wraps)
 
 
-def all_kinds() -> tuple[Scene, IrradianceMap]:
+def all_kinds(*, holes: bool = False) -> tuple[Scene, IrradianceMap]:
     """A ring around a ball and before a dish: all four textures, wrapped in all ways, by further coordinates;
     colours of vertices; both sides, and black backs.
-    Beside them stands what does not reflect, with textures that say that it did, and a sheet seen from both sides."""
+    Beside them stands what does not reflect, with textures that say that it did, masked if it is to have ``holes``, and
+    a sheet seen from both sides."""
     ring, ball = torus_mesh(0.5, 0.17, around=40, sides=20), sphere(24, 48, 0.28)
     angles = np.random.default_rng(0).uniform(-0.4, 1.5, (len(ring.positions), 2))
     bumps = picture(3, 5, 7, 96, 160)
@@ -98,6 +99,8 @@ def all_kinds() -> tuple[Scene, IrradianceMap]:
     lid = replace(half, triangles=half.triangles[half.positions[half.triangles].mean(1)[:, 1] > 0.8])  # from above
     beads = [moved(sphere(12, 24, 0.12), (0.45 * np.cos(a), 0.25, 0.45 * np.sin(a))) for a in (0.5, 1.6, 2.8)]
     dull = replace(painted, metallic=1.0, normal_texture=bumps, emission=(0.02, 0.1, 0.05))
+    if holes:
+        dull = replace(dull, alpha_mode="mask", alpha_cutoff=0.4)
     sheet = quad(np.array([(-0.3, 0.45, 0.3), (0.3, 0.45, 0.3), (0.3, 0.4, -0.3), (-0.3, 0.4, -0.3)]))
     matte = (
         *(Part(f"bead {k}", dressed(bead, np.abs(bead.normals[:, 1:])), dull) for k, bead in enumerate(beads)),
@@ -125,7 +128,7 @@ def radiance_shown(renderer: Renderer, view: Camera, pixels: np.ndarray, *layers
 
 def test_each_sample_meets_what_mitsuba_meets() -> None:
     """Hit by hit, with all that materials can have; radiance under a flat sky, whatever the maps' filter does."""
-    scene, irradiance = all_kinds()
+    scene, irradiance = all_kinds(holes=True)
     pem = pem_of(
         scene, [analytic_map(4, flat_sky, InfiniteSphere())], irradiance=irradiance, on_hull=hull_triangles(scene)
     )
