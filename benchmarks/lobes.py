@@ -5,8 +5,8 @@
 All reflective parts get each roughness in turn. Display PSNR on the pixels that the object covers by half and more, of
 the object as it truly looks: *rays only* and *noise*, of one trace against the truth, as two seeds tell, without and
 with looking for emitters; *bias*, of the mean of 8 seeds against 8 times as many samples, with both noise; *layers*,
-with 8 times the samples, of what is put together from the layers against the truth. *time*: seconds of a trace over
-those of the same with mirrors, medians of ``--repeat`` in turns.
+with 8 times the samples, of what is put together from the layers against the truth. *time*: processor seconds of a
+trace over those of the same with mirrors, medians of ``--repeat`` in turns.
 """
 
 import argparse
@@ -73,9 +73,9 @@ def main() -> None:
         seconds: dict[Tracer, list[float]] = {mirror: [], rough: []}
         for _ in range(asked.repeat):
             for each, times in seconds.items():
-                start = time.perf_counter()
+                start = time.process_time()
                 layers(each, 0)
-                times.append(time.perf_counter() - start)
+                times.append(time.process_time() - start)
         ratio = statistics.median(seconds[rough]) / statistics.median(seconds[mirror])
         bias, split = psnr(looks, mean.astype(np.float32)), psnr(looks, put_together)
         print(f"{roughness:9.2f}  {alone:9.1f}  {both:5.1f}  {bias:5.1f}  {split:6.1f}  {ratio:5.2f}", flush=True)
