@@ -17,7 +17,7 @@ from reflet.pipelines.verify import verify
 from reflet.pipelines.verify_bounces import verify_bounces
 from reflet.render.playback.coloring import coloring
 from reflet.render.playback.renderer import Renderer
-from reflet.scene.material import Material, Refraction
+from reflet.scene.material import Material, Refraction, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
@@ -96,6 +96,33 @@ def test_measured_and_analytic_matrix_agree(name: str) -> None:
     assert found.test_renderings == colors * pem.sample_count
 
 
+def roughened(
+    pem: ParameterizedEnvironmentMap, roughness: float, texture: Texture | None = None
+) -> ParameterizedEnvironmentMap:
+    """The ring of this roughness, textured around it and along it if asked."""
+    part = pem.scene.parts[0]
+    i, j = np.meshgrid(np.arange(60), np.arange(30), indexing="ij")
+    uv = np.stack([i / 20.0, j / 10.0], -1).reshape(-1, 2).astype("f4")
+    material = replace(part.material, perceptual_roughness=roughness, metallic_roughness_texture=texture)
+    rough = replace(part, material=material, mesh=replace(part.mesh, uv=uv))
+    return replace(pem, scene=replace(pem.scene, parts=(rough, *pem.scene.parts[1:])))
+
+
+def spots() -> Texture:
+    """Green from 0 to 1, from texel to texel."""
+    texels = np.random.default_rng(3).integers(0, 256, (8, 8, 4)).astype("u1")
+    texels[..., 2] = 255
+    return Texture(texels)
+
+
+def test_lobes_are_looked_up_as_inference_believes() -> None:
+    """Of one roughness, and of all that there are."""
+    found = verify(roughened(ring_pem(PARAMETERIZATIONS["latlong"]), 0.3))
+    assert found.agrees and found.max_difference < 3e-5  # as of mirrors
+    found = verify(roughened(ring_pem(PARAMETERIZATIONS["cube"], relief()), 0.9, spots()))
+    assert found.agrees and found.compared_share > 0.99
+
+
 @pytest.mark.parametrize("name", ["cube", "latlong"])
 def test_reliefs_agree_too(name: str) -> None:
     found = verify(ring_pem(PARAMETERIZATIONS[name], relief()))
@@ -125,18 +152,22 @@ def test_all_shells_are_verified() -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("roughness", "change"),
     [
-        lambda text: text.replace("+ lod_bias", "+ lod_bias + 0.5"),
-        lambda text: text.replace("dot(ray, n) * n", "dot(ray, n) * n * 1.001"),
-        lambda text: text.replace("FETCHES = 4u", "FETCHES = 3u"),
+        (0.0, lambda text: text.replace("+ lod_bias", "+ lod_bias + 0.5")),
+        (0.0, lambda text: text.replace("dot(ray, n) * n", "dot(ray, n) * n * 1.001")),
+        (0.0, lambda text: text.replace("FETCHES = 4u", "FETCHES = 3u")),
+        (0.3, lambda text: text.replace("spread * select(t,", "0.98 * spread * select(t,")),
+        (0.3, lambda text: text.replace("r + lean * (n - r)", "r + 0.9 * lean * (n - r)")),
     ],
-    ids=["the LOD shifted by a half", "the mirrored ray a little off", "a search that ends a step early"],
+    ids=["LOD half a level off", "mirrored ray a little off", "a search that ends early", "a narrow lobe", "less lean"],
 )
-def test_a_shader_that_differs_is_found_out(change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shader_that_differs_is_found_out(
+    roughness: float, change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert change(link("probe.wgsl")) != link("probe.wgsl")
     monkeypatch.setattr("reflet.render.playback.passes.link", lambda program: change(link(program)))
-    found = verify(ring_pem(PARAMETERIZATIONS["cube"], relief()))
+    found = verify(roughened(ring_pem(PARAMETERIZATIONS["cube"], relief()), roughness))
     assert not found.agrees and found.max_difference > 1e-3
     assert "differs" in str(found)
 
@@ -165,6 +196,13 @@ def test_bounces_are_verified() -> None:
     assert found.bounces is not None and found.bounces.agrees and found.agrees
     assert found.bounces.rays > 500 and "meet the ray tracer's triangles" in str(found)
     assert verify(ring_pem(PARAMETERIZATIONS["cube"])).bounces is None
+
+
+def test_rays_of_what_is_nearly_smooth_are_verified() -> None:
+    """Along the lobe's peak; those of what is rougher are not traced."""
+    smooth, rough = (roughened(traced_pem(), roughness) for roughness in (0.15, 0.3))
+    found, none = (verify_bounces(pem, pem.space.camera(0)) for pem in (smooth, rough))
+    assert found.agrees and none.agrees and found.rays > 1.5 * none.rays > 0  # the glass ball's are traced in both
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from reflet.envmap.shapes import LEAST_HALF_CHORD
 _SMALL = 1e-12
 _LEAST_SQUARE = LEAST_HALF_CHORD**2
 _SMALLEST_RHO = 1e-6
+STEEP = 0.9  # |y| of rays that are tilted from +x, not from +y
 
 
 def compiled_geometry(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
@@ -118,57 +119,78 @@ def inverse_hit(g, faces, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def _met(g, w, position, direction, j, k):  # type: ignore[no-untyped-def]
-    """Lookup direction of ray j of lookup k; ``w`` is the inverse hit of its first ray where ``g`` is a relief."""
-    px, py, pz = position[j, k, 0], position[j, k, 1], position[j, k, 2]
-    rx, ry, rz = direction[j, k, 0], direction[j, k, 1], direction[j, k, 2]
+def _met(g, w, px, py, pz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """Lookup direction of a ray; ``w`` is the inverse hit of its lookup's first ray where ``g`` is a relief."""
     if int(g[0]) == RELIEF:
         return rx + w * (px - g[9]), ry + w * (py - g[10]), rz + w * (pz - g[11])
     return lookup_direction(g, px, py, pz, rx, ry, rz)
 
 
 @njit(cache=True, error_model="numpy")
-def place(kind, g, faces, map_from_world, position, direction, size, lod_bias, k):  # type: ignore[no-untyped-def]
-    """(face, u, v, lod) of lookup ``k`` of a G-buffer's ``position`` and ``direction`` (three rays each).
+def tilted(rx, ry, rz, spread):  # type: ignore[no-untyped-def]
+    """Two unit rays at an angle from r, whose sine is ``spread``, in directions perpendicular to each other."""
+    if abs(ry) < STEEP:
+        tx, ty, tz = -rz, 0.0, rx
+    else:
+        tx, ty, tz = 0.0, rz, -ry
+    scale = spread / sqrt(tx * tx + ty * ty + tz * tz)
+    tx, ty, tz = tx * scale, ty * scale, tz * scale
+    bx, by, bz = ry * tz - rz * ty, rz * tx - rx * tz, rx * ty - ry * tx
+    c = sqrt(1.0 - spread * spread)
+    return (c * rx + tx, c * ry + ty, c * rz + tz), (c * rx + bx, c * ry + by, c * rz + bz)
+
+
+@njit(cache=True, error_model="numpy")
+def _squared_gap(kind, face, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
+    """From a lookup to a neighbour in direction (a, b, c): on the lookup's cube face, where (x, y) are its s and t;
+    else between unit vectors."""
+    if kind == CUBE:
+        s, t, ahead = project(face, a, b, c)
+        return (s - x) ** 2 + (t - y) ** 2 if ahead else np.inf
+    scale = 1.0 / sqrt(a * a + b * b + c * c)
+    return (a * scale - x) ** 2 + (b * scale - y) ** 2 + (c * scale - z) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def place(kind, g, faces, map_from_world, position, direction, spread, size, lod_bias, k):  # type: ignore[no-untyped-def]
+    """(face, u, v, lod) of lookup ``k`` of a G-buffer's ``position``, ``direction`` (three rays each) and ``spread``.
 
     ``kind`` is the parameterization's, ``g`` and ``faces`` the geometry (`compiled_geometry`), ``map_from_world`` the
     rotation into the map's frame (of cubes the world's, whatever it says), ``size`` the map's rows at its finest level.
     """
-    w = 0.0
-    if int(g[0]) == RELIEF:
-        w = inverse_hit(
-            g, faces, position[0, k, 0], position[0, k, 1], position[0, k, 2],
-            direction[0, k, 0], direction[0, k, 1], direction[0, k, 2],
-        )  # fmt: skip
-    x, y, z = _met(g, w, position, direction, 0, k)
-    furthest = 0.0  # squared distance of a neighbour, in texels
+    px, py, pz = position[0, k, 0], position[0, k, 1], position[0, k, 2]
+    rx, ry, rz = float(direction[0, k, 0]), float(direction[0, k, 1]), float(direction[0, k, 2])
+    w = inverse_hit(g, faces, px, py, pz, rx, ry, rz) if int(g[0]) == RELIEF else 0.0
+    x, y, z = _met(g, w, px, py, pz, rx, ry, rz)
     if kind == CUBE:
         face = face_of(x, y, z)
         s, t, _ = project(face, x, y, z)
         u, v = 0.5 + 0.5 * s, 0.5 + 0.5 * t
-        for j in range(1, 3):
-            x, y, z = _met(g, w, position, direction, j, k)
-            s_next, t_next, ahead = project(face, x, y, z)
-            distance = (s_next - s) ** 2 + (t_next - t) ** 2
-            furthest = max(furthest, distance if ahead else np.inf)
-        furthest *= 0.25 * size * size
+        x, y, z, texels = s, t, 0.0, 0.25 * size * size
     else:
         scale = 1.0 / sqrt(x * x + y * y + z * z)
         x, y, z = x * scale, y * scale, z * scale
-        for j in range(1, 3):
-            a, b, c = _met(g, w, position, direction, j, k)
-            scale = 1.0 / sqrt(a * a + b * b + c * c)
-            furthest = max(furthest, (a * scale - x) ** 2 + (b * scale - y) ** 2 + (c * scale - z) ** 2)
         m = map_from_world
-        x, y, z = (
-            m[0, 0] * x + m[0, 1] * y + m[0, 2] * z,
-            m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
-            m[2, 0] * x + m[2, 1] * y + m[2, 2] * z,
-        )
-        face, u, v = point_of(kind, x, y, z)
-        furthest *= rate_at(kind, x, y, z) * size * size
-    rho = max(sqrt(furthest), _SMALLEST_RHO)
-    return face, u, v, min(max(log2(rho) + lod_bias, 0.0), log2(size))
+        turned_x = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z
+        turned_y = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z
+        turned_z = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z
+        face, u, v = point_of(kind, turned_x, turned_y, turned_z)
+        texels = rate_at(kind, turned_x, turned_y, turned_z) * size * size
+    furthest = 0.0  # squared distance of a neighbour
+    for j in range(1, 3):
+        a, b, c = _met(
+            g, w, position[j, k, 0], position[j, k, 1], position[j, k, 2],
+            direction[j, k, 0], direction[j, k, 1], direction[j, k, 2],
+        )  # fmt: skip
+        furthest = max(furthest, _squared_gap(kind, face, x, y, z, a, b, c))
+    lod = log2(max(sqrt(furthest * texels), _SMALLEST_RHO)) + lod_bias
+    if spread[k] > 0.0:
+        widest = 0.0
+        for ray in tilted(rx, ry, rz, spread[k]):
+            a, b, c = _met(g, w, px, py, pz, ray[0], ray[1], ray[2])
+            widest = max(widest, _squared_gap(kind, face, x, y, z, a, b, c))
+        lod = max(lod, log2(max(sqrt(widest * texels), _SMALLEST_RHO)))
+    return face, u, v, min(max(lod, 0.0), log2(size))
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,6 +7,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import AXES, CUBE, face_from_direction
 from reflet.envmap.parameterizations.parameterization import Parameterization
 
+MOST_TILT = 0.5  # rad, of lobes' lookups
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 _FINEST_SAMPLES = 64
 
@@ -24,6 +25,25 @@ def lod_from_neighbours(
     else:
         rho = _distance_on_sphere(chain.parameterization, direction) * chain.size
     return np.clip(np.log2(np.maximum(rho, _SMALLEST_RHO)) + lod_bias, 0.0, chain.level_count - 1.0)
+
+
+def lobe_spread(perceptual_roughness: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch"]:
+    """Sine of the angle by which a rough surface's lookup is tilted for its LOD: how far neighbours of one texel are.
+
+    A third of the width of GGX's lobe at half its height, 4·asin √(α²(√2 - 1)/(1 - α²)), at most 0.5 rad; 0 of mirrors.
+    Twin: `lobe_spread` of gloss.wgsl.
+    """
+    square = np.asarray(perceptual_roughness, np.float64) ** 4
+    quarter = np.sqrt(square * (np.sqrt(2.0) - 1.0) / np.maximum(1.0 - square, 1e-6))
+    return np.asarray(np.sin(4.0 / 3.0 * np.arcsin(np.minimum(quarter, np.sin(0.75 * MOST_TILT)))))
+
+
+def roughness_of_level(mip_level: int, size: int) -> float:
+    """The perceptual_roughness whose lookups read a level of cubes of ``size`` rows: of so wide a lobe, at that level's
+    texels as they are in the mean. 0.12 for level 0 of 128 rows, never 1."""
+    tilt = 0.5 * np.pi * 2.0**mip_level / size
+    square = np.sin(min(0.75 * tilt, 0.5 * np.pi)) ** 2
+    return float((square / (np.sqrt(2.0) - 1.0 + square)) ** 0.25)
 
 
 def finer_lod_bias(lod_bias: float, sample_count: int, samples: int) -> float:

@@ -47,7 +47,7 @@ def rendering_matrix(
     columns, weights = np.empty(8 * len(scale), np.int32), np.empty(8 * len(scale), np.float32)
     counts = np.zeros(len(row_starts) - 1, np.int64)
     _merge_rows(
-        blocks, row_starts, scale, lookups.position, lookups.direction, *compiled_geometry(geometry),
+        blocks, row_starts, scale, lookups.position, lookups.direction, lookups.spread, *compiled_geometry(geometry),
         np.eye(3) if map_from_world is None else map_from_world, chain.parameterization.kind,
         chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias), table, table_starts, columns,
         weights, counts,
@@ -73,6 +73,7 @@ def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows_and_one"
             np.concatenate([each.weight for each in gbuffer.lookups])[order],
             np.concatenate([each.position for each in gbuffer.lookups], 1)[:, order],
             np.concatenate([each.direction for each in gbuffer.lookups], 1)[:, order],
+            np.concatenate([each.spread for each in gbuffer.lookups])[order],
         )
     rows = np.arange(len(gbuffer.row_pixel) + 1)
     return lookups, np.searchsorted(gbuffer.row_of_sample[lookups.sample], rows).astype(np.int64)
@@ -80,8 +81,8 @@ def _by_row(gbuffer: GBuffer) -> tuple[Lookups, Int64[np.ndarray, "rows_and_one"
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _merge_rows(
-    blocks, row_starts, scale, position, direction, geometry, faces, map_from_world, kind, aspect, size, level_count,
-    lod_bias, table, table_starts, columns, weights, counts,
+    blocks, row_starts, scale, position, direction, spread, geometry, faces, map_from_world, kind, aspect, size,
+    level_count, lod_bias, table, table_starts, columns, weights, counts,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     longest = 0
     for row in range(len(row_starts) - 1):
@@ -100,7 +101,9 @@ def _merge_rows(
             for k in range(row_starts[row], row_starts[row + 1]):
                 if scale[k] == 0.0:
                     continue
-                face, u, v, lod = place(kind, geometry, faces, map_from_world, position, direction, size, lod_bias, k)
+                face, u, v, lod = place(
+                    kind, geometry, faces, map_from_world, position, direction, spread, size, lod_bias, k
+                )
                 taps_into(tap, tap_weight, table, table_starts, aspect, size, level_count, face, u, v, lod)
                 for j in range(8):
                     slot = (tap[j] * 0x9E3779B1) & (slots - 1)

@@ -28,7 +28,7 @@ def shown_rows(gbuffer: GBuffer, shells: Sequence[EnvMap], lod_bias: float) -> F
         table, starts = padded_index_table(chain)
         texels = np.ascontiguousarray(env_map.texels, dtype=np.float32)
         _add_shell(
-            lookups.position, lookups.direction, *compiled_geometry(env_map.geometry), np.eye(3),
+            lookups.position, lookups.direction, lookups.spread, *compiled_geometry(env_map.geometry), np.eye(3),
             chain.parameterization.kind, chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias),
             table, starts, texels, seen, clear,
         )  # fmt: skip
@@ -40,15 +40,17 @@ def shown_rows(gbuffer: GBuffer, shells: Sequence[EnvMap], lod_bias: float) -> F
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def _add_shell(
-    position, direction, geometry, faces, map_from_world, kind, aspect, size, level_count, lod_bias, table, starts,
-    texels, seen, clear,
+    position, direction, spread, geometry, faces, map_from_world, kind, aspect, size, level_count, lod_bias, table,
+    starts, texels, seen, clear,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     count = len(clear)
     for block in prange(_BLOCKS):
         tap, weight = np.empty(8, np.int32), np.empty(8, np.float64)
         value = np.empty(4, np.float64)
         for k in range(block * count // _BLOCKS, (block + 1) * count // _BLOCKS):
-            face, u, v, lod = place(kind, geometry, faces, map_from_world, position, direction, size, lod_bias, k)
+            face, u, v, lod = place(
+                kind, geometry, faces, map_from_world, position, direction, spread, size, lod_bias, k
+            )
             taps_into(tap, weight, table, starts, aspect, size, level_count, face, u, v, lod)
             value[:3] = 0.0
             value[3] = 0.0 if texels.shape[1] == 4 else 1.0

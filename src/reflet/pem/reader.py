@@ -19,6 +19,7 @@ from reflet.pem.irradiance_json import irradiance_from_json
 from reflet.pem.map_files import read_map
 from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
 from reflet.scene.bvh.nodes import checked_bvh
+from reflet.scene.roughness import as_mirrors
 from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
@@ -86,6 +87,10 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         objects=tuple(ReflectiveObject(item["name"], tuple(item["parts"])) for item in extension["objects"]),
         environment=environment,
     )
+    if "ggxTable" not in extension:
+        scene = as_mirrors(scene)
+    elif read_array(folder, extension["ggxTable"]).shape[2:] != (4,):  # viewers need it; ours have their own
+        raise ValueError("its ggxTable is none")
     space = extension["parameterSpace"]
     orbit = space["orbit"]
     layers = tuple(

@@ -24,8 +24,10 @@ from reflet.pem.gltf_scene import write_scene
 from reflet.pem.irradiance_json import irradiance_to_json
 from reflet.pem.map_files import codec_named, read_map, write_map
 from reflet.pem.pem import MOST_HITS, Layer, ParameterizedEnvironmentMap
+from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import ParameterSpace
@@ -215,6 +217,9 @@ class PemWriter:
                 ],
             },
         }
+        if any(is_rough(part) for part in scene.parts):
+            table = dfg_table().astype(np.float16).view(np.uint16)
+            extension["ggxTable"] = surface.add(table, "deflate" if coded else None)
         surface.write(self.folder)
         if most_hits:
             bvh = bvh or build_bvh(scene, on_hull)

@@ -6,10 +6,12 @@ import numpy as np
 from jaxtyping import Float32
 
 from reflet.envmap.env_map import EnvMap
+from reflet.envmap.lod import lobe_spread
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.render.playback.layouts import Shown
 from reflet.render.playback.renderer import ALL_SHOWN, Renderer
 from reflet.render.playback.visibility import rasterized_visibility
+from reflet.scene.roughness import TRACED_ROUGHNESS, is_rough
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, ParameterSpace
@@ -30,7 +32,7 @@ class Bounces:
     """Mirrored rays as drawn and as traced: of ``rays`` that meet mirrors or what stands beside them, the
     ``equal_share`` meets the same triangles, the first four one by one, after up to ``most_hits``; what they send of
     their own, and the share of distant light that arrives, differ by ``difference``, relative, but for the worst 0.5 %.
-    Rays whose first surface is of glass are left out of the latter."""
+    Rays whose first surface is of glass, and those that meet a rough one, are left out of the latter."""
 
     rays: int
     most_hits: int
@@ -68,6 +70,15 @@ def verify_bounces(
     ways = follower.follow(camera.position, lookups.position[0], lookups.direction[0], gbuffer.triangle, pem.most_hits)
     pixels = gbuffer.row_pixel[gbuffer.row_of_sample]
     drawn = renderer.met_triangles(camera, 1, 0).reshape(-1, 4)[pixels]
+    # Rays of rough surfaces are followed up to a limit, and compared up to the first that they meet.
+    followed = lookups.spread <= lobe_spread(TRACED_ROUGHNESS) * (1.0 + 1e-6)
+    rough = np.append(
+        False, np.repeat([is_rough(part) for part in pem.scene.parts], np.diff(pem.scene.triangle_offsets))
+    )
+    met_before = np.cumsum(rough[ways.triangles], axis=1)
+    beyond, rough_met = met_before - rough[ways.triangles] > 0, met_before[:, -1] > 0
+    ways = replace(ways, triangles=np.where(beyond | ~followed[:, None], 0, ways.triangles))
+    drawn = np.where(beyond, 0, drawn)
     meets = (ways.triangles > 0).any(1) | (drawn > 0).any(1)
     equal = (drawn == ways.triangles).all(1)
 
@@ -80,7 +91,11 @@ def verify_bounces(
     light, throughput = (of / np.maximum(reflectance, LEAST_REFLECTANCE) for of in (own - dark, everything - own))
     glass = np.array([part.material.refraction is not None for part in pem.scene.parts])
     compared = (
-        meets & equal & ~glass[gbuffer.row_part[gbuffer.row_of_sample]] & (reflectance > LEAST_REFLECTANCE).all(1)
+        meets
+        & equal
+        & ~rough_met
+        & ~glass[gbuffer.row_part[gbuffer.row_of_sample]]
+        & (reflectance > LEAST_REFLECTANCE).all(1)
     )
     wrong = np.maximum(np.abs(light - ways.light), np.abs(throughput - ways.throughput)).max(1)
     relative = wrong / np.maximum((ways.light + ways.throughput).max(1), LEAST_SHOWN)

@@ -1,7 +1,7 @@
 """Means of a material over the surface that wears it."""
 
 import numpy as np
-from jaxtyping import Float, Integer
+from jaxtyping import Float, Integer, UInt8
 
 from reflet.scene.material import Wrap
 from reflet.scene.meshes.mesh import Mesh
@@ -28,17 +28,25 @@ def surface_points(mesh: Mesh, count: int) -> tuple[Integer[np.ndarray, "count"]
 
 def surface_mean(part: Part) -> tuple[float, float]:
     """Area-weighted mean of (metallic, perceptual_roughness) over a part, textures included."""
-    material, texture = part.material, part.material.metallic_roughness_texture
+    material, texels = part.material, surface_texels(part)
+    if texels is None:
+        return material.metallic, material.perceptual_roughness
+    mean = texels.mean(axis=0) / 255.0
+    return material.metallic * float(mean[2]), material.perceptual_roughness * float(mean[1])
+
+
+def surface_texels(part: Part) -> UInt8[np.ndarray, "points 4"] | None:
+    """The metallic-roughness texture at `surface_points` of a part, None where it has none."""
+    texture = part.material.metallic_roughness_texture
     coordinates = None if texture is None else part.mesh.uv_set(texture.coordinates)
     if texture is None or coordinates is None:
-        return material.metallic, material.perceptual_roughness
+        return None
     triangle, weights = surface_points(part.mesh, _POINTS)
     uv = np.einsum("pk,pki->pi", weights, coordinates[part.mesh.triangles[triangle]])
     height, width = texture.pixels.shape[:2]
     column = np.minimum((_within(uv[:, 0], texture.wraps[0]) * width).astype(int), width - 1)
     row = np.minimum((_within(uv[:, 1], texture.wraps[1]) * height).astype(int), height - 1)
-    mean = texture.pixels[row, column].mean(axis=0) / 255.0
-    return material.metallic * float(mean[2]), material.perceptual_roughness * float(mean[1])
+    return np.asarray(texture.pixels[row, column])
 
 
 def _within(coordinate: Float[np.ndarray, "points"], wrap: Wrap) -> Float[np.ndarray, "points"]:

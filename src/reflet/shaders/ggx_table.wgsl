@@ -8,7 +8,7 @@ fn ggx_entry(table: texture_2d<f32>, n_dot_v: f32, perceptual_roughness: f32) ->
   return bilinear(table, (vec2f(sqrt(n_dot_v), perceptual_roughness) * (size - 1.0) + 0.5) / size, CLAMPS);
 }
 
-// Share of white light that GGX of this f0 reflects, with all that bounces between microfacets.
-fn specular_albedo(f0: vec3f, ggx: vec4f) -> vec3f {
-  return (f0 * ggx.x + ggx.y) * (1.0 + f0 * (1.0 / (ggx.x + ggx.y) - 1.0));
+// Share of white light that GGX of this f0 and f90 reflects, with all that bounces between microfacets.
+fn specular_albedo(f0: vec3f, f90: f32, ggx: vec4f) -> vec3f {
+  return (f0 * ggx.x + f90 * ggx.y) * (1.0 + f0 * (1.0 / (ggx.x + ggx.y) - 1.0));
 }

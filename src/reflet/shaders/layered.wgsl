@@ -7,8 +7,8 @@ fn may_see_itself(s: Sample) -> bool {
   return part_is(PART_HAS_LOCAL) && (part_is(PART_OFF_HULL) || (s.bits & TRIANGLE_ON_HULL) == 0u);
 }
 
-// Incident radiance L + (1 - alpha) D.
-fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
+// Incident radiance L + (1 - alpha) D; rays are `traced` in another program.
+fn radiance_met(s: Sample, m: Mirrors, traced: bool) -> vec3f {
   return incident_radiance(m, switched_on(SHOW_LOCAL) && may_see_itself(s));
 }
 

@@ -70,7 +70,7 @@ fn specular_weight(n_dot_v: f32, ggx: vec4f) -> vec3f {
       return fresnel_conductor(material.specular, material.k, n_dot_v);
     }
     case MATERIAL_GGX: {
-      return mix(specular_albedo(DIELECTRIC_F0, ggx), specular_albedo(material.specular, ggx), material.index);
+      return mix(specular_albedo(DIELECTRIC_F0, 1.0, ggx), specular_albedo(material.specular, 1.0, ggx), material.index);
     }
     default: {
       return material.specular;
@@ -84,7 +84,7 @@ fn diffuse_weight(specular: vec3f, ggx: vec4f) -> vec3f {
     return material.diffuse * (1.0 - specular);
   }
   if (material.kind == MATERIAL_GGX) {
-    return material.diffuse * (1.0 - specular_albedo(DIELECTRIC_F0, ggx));
+    return material.diffuse * (1.0 - specular_albedo(DIELECTRIC_F0, 1.0, ggx));
   }
   return material.diffuse;
 }

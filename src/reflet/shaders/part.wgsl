@@ -20,7 +20,7 @@
 //
 // Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
 //   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 transmission
-//   300 padding   304 absorption   316 index   320 sampling   324 extras   328 alpha   332 cutoff
+//   300 perceptual_roughness   304 absorption   316 index   320 sampling   324 extras   328 alpha   332 cutoff
 //   336 dielectric_f0   348 dielectric_f90
 
 struct Layer {
@@ -42,6 +42,7 @@ struct Part {
   bits: u32,
   shell_count: u32,
   transmission: f32,  // of glass: the share of what is not reflected that goes through
+  perceptual_roughness: f32,
   absorption: vec3f,  // of its inside, per metre
   index: f32,         // of refraction
   sampling: u32,      // a byte for each texture: how it wraps (see `bilinear`); from bit 4 on its set of texture coordinates
@@ -67,6 +68,7 @@ const PART_OFF_HULL = 2048u;      // no triangle of this draw call is on the hul
 const PART_UNLIT = 4096u;         // its base colour is its emission
 const PART_REFRACTIVE = 8192u;    // glass
 const PART_THIN = 16384u;         // glass without an inside
+const PART_ROUGH = 32768u;        // reflects by a lobe, be it here and there
 const PART_TEXTURES = 120u;       // any of the four
 
 // Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and for the kinds of its geometries and

@@ -2,11 +2,12 @@
 #import mirror
 #import map_lookup
 #import relief
+#import gloss
 
 // Parameterized environment maps: lookups of the layers, blended over samples of the parameter space.
 
 // The three mirrored rays of a sub-sample: its own, and those of its neighbours to the right and down, on the same
-// triangle's plane.
+// triangle's plane; of a rough surface along the peak of its lobe.
 struct Mirrors {
   p0: vec3f,
   r0: vec3f,
@@ -15,6 +16,7 @@ struct Mirrors {
   p2: vec3f,
   r2: vec3f,
   bounced: bool,  // they come from a surface that is itself seen in a mirror
+  spread: f32,    // of the lobe, 0 of a mirror's
 }
 
 // Where mirrored light comes from: the shells have their own numbers, but the last one always is the far one.
@@ -66,6 +68,12 @@ fn lookup_in(layer: Layer, parameterization: u32, m: Mirrors, d: vec3f, dx: vec3
   return Lookup(d, map_lod(parameterization, d, dx, dy, layer.size, frame.lod_bias, layer.max_lod));
 }
 
+// A lookup as coarse as its lobe is wide, if its pixel is not wider: dx and dy are those of its tilted rays.
+fn widened(found: Lookup, layer: Layer, parameterization: u32, dx: vec3f, dy: vec3f) -> Lookup {
+  let lod = map_lod(parameterization, found.direction, dx, dy, layer.size, 0.0, layer.max_lod);
+  return Lookup(found.direction, max(found.lod, lod));
+}
+
 // Where each shell that is shown is looked up. Written out, as are those below: loops of other than constant length leak
 // memory on llvmpipe.
 fn distant_lookups(m: Mirrors) -> array<Lookup, MOST_SHELLS> {
@@ -98,7 +106,14 @@ fn relief_lookup(shell: u32, m: Mirrors) -> Lookup {
   let d = m.r0 + w * (m.p0 - origin);
   let dx = m.r1 + w * (m.p1 - origin);
   let dy = m.r2 + w * (m.p2 - origin);
-  return lookup_in(layer, distant_parameterization(), m, d, dx, dy);
+  let found = lookup_in(layer, distant_parameterization(), m, d, dx, dy);
+  if (m.spread == 0.0) {
+    return found;
+  }
+  let from_origin = w * (m.p0 - origin);
+  return widened(
+    found, layer, distant_parameterization(), tilted(m.r0, m.spread, false) + from_origin,
+    tilted(m.r0, m.spread, true) + from_origin);
 }
 
 fn local_lookup(m: Mirrors) -> Lookup {
@@ -111,7 +126,13 @@ fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) 
   let d = lookup_direction(geometry, layer.geometry, m.p0, m.r0);
   let dx = lookup_direction(geometry, layer.geometry, m.p1, m.r1);
   let dy = lookup_direction(geometry, layer.geometry, m.p2, m.r2);
-  return lookup_in(layer, parameterization, m, d, dx, dy);
+  let found = lookup_in(layer, parameterization, m, d, dx, dy);
+  if (m.spread == 0.0) {
+    return found;
+  }
+  return widened(
+    found, layer, parameterization, lookup_direction(geometry, layer.geometry, m.p0, tilted(m.r0, m.spread, false)),
+    lookup_direction(geometry, layer.geometry, m.p0, tilted(m.r0, m.spread, true)));
 }
 
 // What blended sample k, or the base, shows: the shells, each over the next.

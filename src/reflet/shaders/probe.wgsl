@@ -29,6 +29,11 @@ fn blended_local(m: Mirrors) -> vec4f {
   return sum;
 }
 
+fn mirrors_at(s: Sample) -> Mirrors {
+  let n = shading_normal(s.here, s.ng);
+  return mirrors_of(s, n, gloss_at(s, n));
+}
+
 // The four channels of the distant maps, the shells composited; of one shell alone as the lookup gives them. 0 where nothing
 // reflects.
 @fragment
@@ -40,7 +45,7 @@ fn probe_distant(in: Raster) -> @location(0) vec4f {
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4f(0.0);
   }
-  return blended_distant(mirrors_of(s, shading_normal(s.here, s.ng)));
+  return blended_distant(mirrors_at(s));
 }
 
 // The local map's four channels; 0 where no local map is looked up.
@@ -53,7 +58,7 @@ fn probe_local(in: Raster) -> @location(0) vec4f {
   if (!s.visible || !part_is(PART_REFLECTIVE) || !may_see_itself(s)) {
     return vec4f(0.0);
   }
-  return blended_local(mirrors_of(s, shading_normal(s.here, s.ng)));
+  return blended_local(mirrors_at(s));
 }
 
 // 1 + the number of the visible triangle of a reflective part, into r32uint; 0 elsewhere.

@@ -5,12 +5,38 @@
 // What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects and
 // what comes through glass.
 
-// The mirrored rays of a sub-sample whose shading normal is n.
-fn mirrors_of(s: Sample, n: vec3f) -> Mirrors {
+// What a sub-sample's surface is made of.
+struct Gloss {
+  metallic: f32,
+  roughness: f32,  // 0 of mirrors
+  ggx: vec4f,      // of the table; 0 of mirrors
+}
+
+// Of a sub-sample whose shading normal is n.
+fn gloss_at(s: Sample, n: vec3f) -> Gloss {
+  var gloss = Gloss(part.metallic, part.perceptual_roughness, vec4f(0.0));
+  if (part_is(PART_METALLIC_ROUGHNESS_TEXTURE)) {
+    let texel = bilinear(metallic_roughness_texture, part_uv(1u, s.here), part_sampling(1u));
+    gloss.metallic *= texel.b;
+    gloss.roughness *= texel.g;
+  }
+  if (part_is(PART_ROUGH)) {
+    gloss.ggx = ggx_entry(ggx_table, clamp(dot(-s.here.ray, n), 0.0, 1.0), gloss.roughness);
+  } else {
+    gloss.roughness = 0.0;
+  }
+  return gloss;
+}
+
+// The mirrored rays of a sub-sample whose shading normal is n. Its neighbours' lean as its own does.
+fn mirrors_of(s: Sample, n: vec3f, gloss: Gloss) -> Mirrors {
+  let n1 = shading_normal(s.right, s.ng);
+  let n2 = shading_normal(s.down, s.ng);
+  let lean = gloss.ggx.z;
   return Mirrors(
-    s.here.p, mirrored(s.here.ray, n, s.ng),
-    s.right.p, mirrored(s.right.ray, shading_normal(s.right, s.ng), s.ng),
-    s.down.p, mirrored(s.down.ray, shading_normal(s.down, s.ng), s.ng), false);
+    s.here.p, leaning(mirrored(s.here.ray, n, s.ng), n, lean),
+    s.right.p, leaning(mirrored(s.right.ray, n1, s.ng), n1, lean),
+    s.down.p, leaning(mirrored(s.down.ray, n2, s.ng), n2, lean), false, lobe_spread(gloss.roughness));
 }
 
 // LOD of a picture texture of the given number and size, from the same neighbours as that of env maps.
@@ -46,16 +72,14 @@ fn matte(s: Sample) -> vec3f {
 // Radiance of a reflective part: E + F (L + (1 - alpha) D), and through glass (1 - F) of what it lets through.
 fn reflective(s: Sample) -> vec3f {
   var base_color = part.base_color * part_color(s.here).rgb;
-  var metallic = part.metallic;
   if (part_is(PART_BASE_COLOR_TEXTURE)) {
     base_color *= bilinear(base_color_texture, part_uv(0u, s.here), part_sampling(0u)).rgb;
   }
-  if (part_is(PART_METALLIC_ROUGHNESS_TEXTURE)) {
-    metallic *= bilinear(metallic_roughness_texture, part_uv(1u, s.here), part_sampling(1u)).b;
-  }
   let n = shading_normal(s.here, s.ng);
-  var shown = radiance_met(s, mirrors_of(s, n));
-  var albedo = base_color * (1.0 - metallic);
+  let gloss = gloss_at(s, n);
+  var shown = radiance_met(s, mirrors_of(s, n, gloss), gloss.roughness <= TRACED_ROUGHNESS);
+  let dielectric = vec4f(part.dielectric_f0, part.dielectric_f90);
+  var albedo = diffuse_share(base_color, gloss.metallic, dielectric, part_is(PART_ROUGH), gloss.ggx);
   if (part_is(PART_REFRACTIVE)) {
     albedo = base_color * (1.0 - part.transmission);
     if (switched_on(SHOW_FRESNEL)) {
@@ -63,8 +87,8 @@ fn reflective(s: Sample) -> vec3f {
       shown = f * shown + (1.0 - f) * part.transmission * base_color * radiance_through(s, n);
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    let f0 = mix(part.dielectric_f0, base_color, metallic);
-    shown *= fresnel_schlick(f0, mix(part.dielectric_f90, 1.0, metallic), dot(-s.here.ray, n));
+    shown *= reflectance(
+      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), part_is(PART_ROUGH), gloss.ggx);
   }
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));

@@ -5,7 +5,7 @@
 #import holes
 #import irradiance
 
-// Mirrors that see themselves: the mirrored ray is followed from mirror to mirror, through their full meshes, until it meets
+// Mirrors that see themselves: the mirrored ray (of what is nearly smooth, that along its lobe's peak) is followed from mirror to mirror, through their full meshes, until it meets
 // none, or a companion, a part beside them that does not reflect; rays that glass lets through likewise, to where they leave
 // it. Two neighbours are carried along on the planes of the triangles that are met, for the LOD of the lookup at the end.
 //
@@ -28,6 +28,7 @@ struct HitMaterial {
   index: f32,
   alpha: f32,
   cutoff: f32,
+  perceptual_roughness: f32,
   dielectric_f0: vec3f,
   dielectric_f90: f32,
   pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
@@ -140,6 +141,7 @@ struct Leaving {
   triangle: u32,  // drawn number
   side: vec3f,    // its unit normal where they leave it
   mirrored: bool,  // they did not go through it
+  last: bool,     // too wide a lobe to be followed
   medium: vec3f,  // what absorbs them, per metre
 }
 
@@ -175,6 +177,7 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   let glass = hit_is(met.material, PART_REFRACTIVE);
   var base_color = material.base_color;
   var metallic = material.metallic;
+  var roughness = material.perceptual_roughness;
   if (hit_is(met.material, PART_COLORS)) {
     base_color *= extra_value(material.extras, material.bits, 0u, here).rgb;
   }
@@ -182,7 +185,18 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     base_color *= hit_picture(met.material, 0u, here, true).rgb;
   }
   if (hit_is(met.material, PART_METALLIC_ROUGHNESS_TEXTURE)) {
-    metallic *= hit_picture(met.material, 1u, here, false).b;
+    let texel = hit_picture(met.material, 1u, here, false);
+    metallic *= texel.b;
+    roughness *= texel.g;
+  }
+  let dielectric = vec4f(material.dielectric_f0, material.dielectric_f90);
+  let rough = hit_is(met.material, PART_ROUGH);
+  let n_dot_v = dot(-ray, n);
+  var ggx = vec4f(0.0);
+  var spread = rays.spread;
+  if (rough) {
+    ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
+    spread = wider(spread, lobe_spread(roughness));
   }
   if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
@@ -192,32 +206,33 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     if (hit_is(met.material, PART_UNLIT)) {
       emission = base_color;
     } else if (!hit_is(met.material, PART_METAL)) {
-      let share = select(1.0 - metallic, 1.0 - material.transmission, glass);
-      emission += base_color * share * irradiance_over_pi(met.triangle, b, met.back);
+      let share = select(
+        diffuse_share(base_color, metallic, dielectric, rough, ggx), base_color * (1.0 - material.transmission), glass);
+      emission += share * irradiance_over_pi(met.triangle, b, met.back);
     }
     (*way).light += (*way).throughput * emission;
   }
   if (glass) {
     let thin = hit_is(met.material, PART_THIN);
     // Greedy: what goes through stands for what is reflected, too, unless all of it is.
-    if (glass_reflectance(material.index, dot(-ray, n), met.back, thin) < 1.0) {
+    if (glass_reflectance(material.index, n_dot_v, met.back, thin) < 1.0) {
       (*way).throughput *= material.transmission * base_color;
       return Leaving(
         Mirrors(
           here.p, refracted(ray, n, met.ng, material.index, met.back, thin),
           right.p, refracted(right.ray, n1, met.ng, material.index, met.back, thin),
-          down.p, refracted(down.ray, n2, met.ng, material.index, met.back, thin), true),
-        met.triangle, -met.ng, false, medium_after(medium, material.absorption, true, met.back));
+          down.p, refracted(down.ray, n2, met.ng, material.index, met.back, thin), true, spread),
+        met.triangle, -met.ng, false, false, medium_after(medium, material.absorption, true, met.back));
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    let f0 = mix(material.dielectric_f0, base_color, metallic);
-    (*way).throughput *= fresnel_schlick(f0, mix(material.dielectric_f90, 1.0, metallic), dot(-ray, n));
+    (*way).throughput *= reflectance(base_color, metallic, dielectric, n_dot_v, rough, ggx);
   }
   return Leaving(
     Mirrors(
-      here.p, mirrored(ray, n, met.ng), right.p, mirrored(right.ray, n1, met.ng), down.p,
-      mirrored(down.ray, n2, met.ng), true),
-    met.triangle, met.ng, !(glass && met.back), medium_after(medium, material.absorption, false, glass && met.back));
+      here.p, leaning(mirrored(ray, n, met.ng), n, ggx.z), right.p, leaning(mirrored(right.ray, n1, met.ng), n1, ggx.z),
+      down.p, leaning(mirrored(down.ray, n2, met.ng), n2, ggx.z), true, spread),
+    met.triangle, met.ng, !(glass && met.back), rough && roughness > TRACED_ROUGHNESS,
+    medium_after(medium, material.absorption, false, glass && met.back));
 }
 
 const MOST_HOLES = 64u;  // one behind the other
@@ -288,6 +303,9 @@ fn follow(start: Leaving) -> Way {
       break;
     }
     way.end = leaving.rays;
+    if (leaving.last) {
+      break;
+    }
   }
   return way;
 }
@@ -295,12 +313,12 @@ fn follow(start: Leaving) -> Way {
 // The mirrored rays of a sub-sample as they leave it.
 fn mirrored_from(s: Sample, m: Mirrors) -> Leaving {
   let inside = part_is(PART_REFRACTIVE) && s.back;
-  return Leaving(m, s.triangle, s.ng, !inside, select(vec3f(0.0), part.absorption, inside));
+  return Leaving(m, s.triangle, s.ng, !inside, false, select(vec3f(0.0), part.absorption, inside));
 }
 
 // Incident radiance: what the mirrors that are met send, and the distant light where the ray leaves them.
-fn radiance_met(s: Sample, m: Mirrors) -> vec3f {
-  if (!switched_on(SHOW_LOCAL)) {
+fn radiance_met(s: Sample, m: Mirrors, traced: bool) -> vec3f {
+  if (!switched_on(SHOW_LOCAL) || !traced) {
     return incident_radiance(m, false);
   }
   return radiance_along(mirrored_from(s, m));
@@ -321,7 +339,7 @@ fn radiance_through(s: Sample, n: vec3f) -> vec3f {
   let rays = Mirrors(
     s.here.p, refracted(s.here.ray, n, s.ng, part.index, s.back, thin),
     s.right.p, refracted(s.right.ray, shading_normal(s.right, s.ng), s.ng, part.index, s.back, thin),
-    s.down.p, refracted(s.down.ray, shading_normal(s.down, s.ng), s.ng, part.index, s.back, thin), false);
+    s.down.p, refracted(s.down.ray, shading_normal(s.down, s.ng), s.ng, part.index, s.back, thin), false, 0.0);
   return radiance_along(
-    Leaving(rays, s.triangle, -s.ng, false, select(part.absorption, vec3f(0.0), s.back)));
+    Leaving(rays, s.triangle, -s.ng, false, false, select(part.absorption, vec3f(0.0), s.back)));
 }

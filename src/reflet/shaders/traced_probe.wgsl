@@ -5,7 +5,7 @@
 
 // Program: which mirrors each sub-sample's ray meets, one sub-sample a pixel.
 
-// 1 + the numbers of the first four triangles, into rgba32uint; 0 for none, and where nothing reflects.
+// 1 + the numbers of the first four triangles, into rgba32uint; 0 for none, and where nothing is traced.
 @fragment
 fn probe_hits(in: Raster) -> @location(0) vec4u {
   let s = exact_sample(in, sub_sample_at(in.position, in.identity.z));
@@ -15,5 +15,10 @@ fn probe_hits(in: Raster) -> @location(0) vec4u {
   if (!s.visible || !part_is(PART_REFLECTIVE)) {
     return vec4u(0u);
   }
-  return follow(mirrored_from(s, mirrors_of(s, shading_normal(s.here, s.ng)))).hits;
+  let n = shading_normal(s.here, s.ng);
+  let gloss = gloss_at(s, n);
+  if (gloss.roughness > TRACED_ROUGHNESS) {
+    return vec4u(0u);
+  }
+  return follow(mirrored_from(s, mirrors_of(s, n, gloss))).hits;
 }

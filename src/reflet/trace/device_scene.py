@@ -15,9 +15,9 @@ import numpy as np
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
 from reflet.scene.material import WRAPS, Material
+from reflet.scene.roughness import LEAST_ROUGHNESS
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
-from reflet.trace.lobe import LEAST_ROUGHNESS
 
 NO_TEXTURE = 0xFFFFFFFF
 DOUBLE_SIDED, GONE_THROUGH, UNLIT = 1, 2, 4  # flags of a part; its object's index + 1 follows in the bits above

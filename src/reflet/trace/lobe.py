@@ -5,9 +5,6 @@ import mitsuba as mi
 
 LEAST_CLIMB = 1e-3  # of a mirrored ray above the geometric surface, see CONVENTIONS.md
 LEAST_ALPHA = 1e-4  # below, GGX is a mirror to float32
-# Below this perceptual_roughness segmented tracing takes a lobe for a mirror: half of what it shows lies within
-# 2α = 1.8 mrad of the mirrored direction, less than a texel of a cube of 512² (3.1 mrad) and a pixel of most pictures.
-LEAST_ROUGHNESS = 0.03
 
 
 def mirrored(towards, n, ng):  # type: ignore[no-untyped-def]

@@ -6,9 +6,10 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from reflet.scene.roughness import LEAST_ROUGHNESS
 from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, UNLIT, DeviceScene
 from reflet.trace.glass import glass_reflectance, refracted
-from reflet.trace.lobe import LEAST_ROUGHNESS, GlossyLobe
+from reflet.trace.lobe import GlossyLobe
 
 BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
 OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest coordinate there

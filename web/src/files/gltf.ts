@@ -29,6 +29,8 @@ export interface Refraction {
 export interface Material {
   readonly baseColor: Vec3;
   readonly metallic: number;
+  /** Perceptual. */
+  readonly roughness: number;
   readonly emission: Vec3;
   readonly normalScale: number;
   readonly doubleSided: boolean;
@@ -104,6 +106,7 @@ interface Document {
     pbrMetallicRoughness: {
       baseColorFactor: number[];
       metallicFactor: number;
+      roughnessFactor: number;
       baseColorTexture?: TextureSlot;
       metallicRoughnessTexture?: TextureSlot;
     };
@@ -250,6 +253,7 @@ function readMaterial(item: Document["materials"][number], textures: PictureText
   return {
     baseColor: vec3(surface.baseColorFactor),
     metallic: surface.metallicFactor,
+    roughness: surface.roughnessFactor,
     emission: vec3((item.emissiveFactor ?? [0, 0, 0]).map((e) => e * strength)),
     normalScale: item.normalTexture?.scale ?? 1,
     doubleSided: item.doubleSided ?? false,

@@ -33,6 +33,12 @@ export interface Environment {
   readonly texels: Uint16Array<ArrayBuffer>;
 }
 
+export interface GgxTable {
+  readonly rows: number;
+  readonly columns: number;
+  readonly values: Uint16Array;
+}
+
 export interface Pem {
   readonly parts: readonly Part[];
   readonly axes: readonly Axis[];
@@ -51,6 +57,8 @@ export interface Pem {
   readonly colourGrids: Irradiance["colourGrids"];
   readonly radiosity: Float32Array;
   readonly environment: Environment | undefined;
+  /** That of ggx_table.wgsl, where parts are rough: half floats, four an entry. */
+  readonly ggxTable: GgxTable | undefined;
   /** How mirrored rays are traced through the mirrors' own meshes, if they are. */
   readonly traced: Traced | undefined;
 }
@@ -107,6 +115,7 @@ interface Extension {
   sampleCount: number;
   onHull: ArrayDescription;
   irradiance: StoredIrradiance;
+  ggxTable?: ArrayDescription;
   environment?: ArrayDescription | { uri: string; shape: number[] };
   traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
@@ -116,16 +125,17 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const [parts, layers, onHull, irradiance, environment, traced] = await Promise.all([
+  const [parts, layers, onHull, irradiance, ggxTable, environment, traced] = await Promise.all([
     readParts(scene, new Set(extension.reflective)),
     Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
     readIrradiance(extension.irradiance, files),
+    extension.ggxTable && readTable(extension.ggxTable, files),
     extension.environment && readEnvironment(extension.environment, files),
     extension.traced && readTraced(extension.traced, files),
   ]);
   return {
-    parts,
+    parts: ggxTable ? parts : parts.map(smooth),
     axes: extension.parameterSpace.axes,
     orbit: readOrbit(extension.parameterSpace.orbit),
     layers,
@@ -136,6 +146,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     sampleCount: extension.sampleCount,
     onHull,
     ...irradiance,
+    ggxTable,
     environment,
     traced,
   };
@@ -158,6 +169,14 @@ export function baseShare(
   const away = displacementDeg(axes, orbit, point);
   return fadeDeg > 0 ? Math.min(away / fadeDeg, 1) : Number(away > 0);
 }
+
+async function readTable(stored: ArrayDescription, files: SceneFile["files"]): Promise<GgxTable> {
+  const [rows, columns] = stored.shape as [number, number, number];
+  return { rows, columns, values: await files.array(Uint16Array, stored) };
+}
+
+/** A part without roughness. */
+const smooth = (part: Part): Part => ({ ...part, material: { ...part.material, roughness: 0 } });
 
 async function readTraced(stored: NonNullable<Extension["traced"]>, files: SceneFile["files"]): Promise<Traced> {
   if (!(stored.mostHits >= 1 && stored.mostHits <= MOST_HITS)) {

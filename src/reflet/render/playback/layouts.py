@@ -12,6 +12,7 @@ from reflet.envmap.geometry import pack
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer
 from reflet.scene.material import WRAPS, Texture
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
@@ -27,7 +28,7 @@ TRIANGLE_ON_HULL = 1
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 COLORS, MORE_UV, HOLES, UNLIT = 128, 256, 512, 4096
-METAL, OFF_HULL, REFRACTIVE, THIN = 1024, 2048, 8192, 16384
+METAL, OFF_HULL, REFRACTIVE, THIN, ROUGH = 1024, 2048, 8192, 16384, 32768
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -47,7 +48,7 @@ PART = np.dtype(
     [
         ("distant", _LAYER, MOST_SHELLS), ("local", _LAYER), ("base_color", "f4", 3), ("metallic", "f4"),
         ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"),
-        ("transmission", "f4"), ("padding", "u4"), ("absorption", "f4", 3), ("index", "f4"),
+        ("transmission", "f4"), ("perceptual_roughness", "f4"), ("absorption", "f4", 3), ("index", "f4"),
         ("sampling", "u4"), ("extras", "u4"), ("alpha", "f4"), ("cutoff", "f4"),
         ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"),
     ]
@@ -56,7 +57,8 @@ HIT_MATERIAL = np.dtype(
     [
         ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
         ("bits", "u4"), ("transmission", "f4"), ("sampling", "u4"), ("extras", "u4"),
-        ("absorption", "f4", 3), ("index", "f4"), ("alpha", "f4"), ("cutoff", "f4"), ("padding", "u4", 2),
+        ("absorption", "f4", 3), ("index", "f4"), ("alpha", "f4"), ("cutoff", "f4"),
+        ("perceptual_roughness", "f4"), ("padding", "u4"),
         ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"), ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
@@ -137,6 +139,7 @@ def fill_material(entry: np.ndarray | np.void, part: Part, extras: int) -> None:
     material = part.material
     entry["base_color"], entry["metallic"] = material.base_color, material.metallic
     entry["emission"], entry["normal_scale"] = material.emission, material.normal_scale
+    entry["perceptual_roughness"] = material.perceptual_roughness
     entry["bits"], entry["extras"] = part_bits(part), extras
     entry["alpha"], entry["cutoff"] = material.alpha, material.cutoff
     entry["dielectric_f0"], entry["dielectric_f90"] = material.dielectric_f0, material.dielectric_f90
@@ -171,6 +174,7 @@ def part_bits(part: Part) -> int:
     refraction = part.material.refraction if part.reflective else None
     if refraction is not None:
         return bits | REFRACTIVE | THIN * refraction.thin | METAL * (refraction.transmission >= 1.0)
+    bits |= ROUGH * is_rough(part)
     return bits | METAL * (part.material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
 
 
@@ -190,6 +194,7 @@ def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             {"binding": 6, "visibility": fragment, "sampler": {"type": "filtering"}},
             *({"binding": binding, "visibility": fragment, "buffer": storage} for binding in (7, 8, 9)),
             {"binding": 10, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
+            {"binding": 11, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
         ]
     )
 

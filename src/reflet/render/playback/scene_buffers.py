@@ -12,6 +12,7 @@ from reflet.envmap.relief import Relief
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
 from reflet.pem.pem import MOST_SHELLS, Layer, ParameterizedEnvironmentMap
+from reflet.reflectance.materials.material import dfg_table
 from reflet.render.device.textures import (
     ADDRESS_MODES,
     create_map_array,
@@ -35,6 +36,7 @@ from reflet.render.playback.vertex_table import vertex_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.companions import traced_parts
 from reflet.scene.material import CLAMPS, REPEATS, WRAPS, Texture
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
 
 
@@ -100,6 +102,7 @@ class SceneBuffers:
                 {"binding": 6, "resource": _sampler(device, "repeat", "clamp-to-edge")},
                 *({"binding": 7 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(met)),
                 {"binding": 10, "resource": pictures.create_view(dimension="2d-array")},
+                {"binding": 11, "resource": upload_picture(device, _table(scene), "rgba16float", False).create_view()},
             ],
         )
         parts = [self._part_uniform(i) for i in range(len(scene.parts))]
@@ -241,6 +244,12 @@ def _triangles(scene: Scene, on_hull: np.ndarray, order: np.ndarray) -> np.ndarr
     out[:, :3] = np.concatenate(corners)
     out[:, 3] = 2 * np.arange(len(out)) + np.where(on_hull, TRIANGLE_ON_HULL, 0)
     return out[order]
+
+
+def _table(scene: Scene) -> np.ndarray:
+    """`dfg_table` where a part is rough."""
+    none = np.zeros((1, 1, 4), np.float16)
+    return dfg_table().astype(np.float16) if any(is_rough(part) for part in scene.parts) else none
 
 
 def _environment(scene: Scene) -> np.ndarray:

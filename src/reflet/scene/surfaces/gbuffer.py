@@ -11,13 +11,16 @@ class Lookups:
     """Weighted lookups of one kind, each for the sub-sample ``sample`` it contributes to.
 
     ``position`` and ``direction`` hold three rays each: the sample's own mirrored ray, and those a quarter of a pixel
-    to the right and down on the same triangle's plane, from which the LOD follows. Directions are unit vectors.
+    to the right and down on the same triangle's plane, from which the LOD follows. Directions are unit vectors, of
+    rough surfaces along their lobe's peak. ``spread`` is the lobe's (`reflet.envmap.lod.lobe_spread`), 0 of mirrors:
+    the LOD is the larger one of both.
     """
 
     sample: Int32[np.ndarray, "lookups"]
     weight: Float32[np.ndarray, "lookups"]
     position: Float32[np.ndarray, "3 lookups 3"]
     direction: Float32[np.ndarray, "3 lookups 3"]
+    spread: Float32[np.ndarray, "lookups"]
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,11 @@ import numpy as np
 from jaxtyping import Float32, Int32, Int64, UInt8, UInt32
 from numba import njit, prange
 
-from reflet.scene.material import WRAPS
-from reflet.scene.scene import Scene
+from reflet.envmap.lod import lobe_spread
+from reflet.reflectance.materials.material import dfg_table
+from reflet.scene.material import WRAPS, Texture
+from reflet.scene.roughness import is_rough
+from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 from reflet.scene.surfaces.visibility import Visibility
 from reflet.scene.views.sample_pattern import sample_positions
@@ -25,7 +28,8 @@ SMALLEST_CLIMB = 0.001  # the least r·ng of a mirrored ray
 def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     """The G-buffer of a picture: for each visible sub-sample the mirrored ray and those of its two neighbours.
 
-    Rows are ordered by pixel, then part. Computed in float64, 72 bytes a sub-sample are kept. Sub-samples must be
+    Those of rough surfaces lean towards their normals by as much as the sub-sample's own lobe does. Rows are ordered by
+    pixel, then part. Computed in float64, 76 bytes a sub-sample are kept. Sub-samples must be
     ordered as `Visibility` says.
     """
     camera = visibility.camera
@@ -43,22 +47,27 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     surface, seen = _surface(scene, triangle)
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
+    roughness = np.empty(len(pixel), np.float32)
+    rough = bool(surface.roughness.any())
     _mirror(
         np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, seen,
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
-        surface.texels, surface.textures, position, direction,
+        surface.texels, surface.textures, surface.roughness, surface.roughness_texture, surface.roughness_uv,
+        dfg_table()[..., 2] if rough else np.zeros((2, 2), np.float32), position, direction, roughness,
     )  # fmt: skip
+    spread = lobe_spread(roughness).astype(np.float32)
     ones = np.ones(len(pixel), np.float32)
-    lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction)
+    lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction, spread)
     row_pixel, row_part = np.divmod(row_key[first], len(scene.parts))
     return GBuffer(row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, (lookups,))
 
 
 @dataclass(frozen=True)
 class _Surface:
-    """Corners of those triangles of the scene that a picture sees, and their normal maps.
+    """Corners of those triangles of the scene that a picture sees, their normal maps and their roughness.
 
-    ``texture`` is a triangle's normal map, -1 for none; ``textures`` holds (offset into texels, width, height,
+    ``texture`` is a triangle's normal map, -1 for none; ``roughness_texture`` that in whose green, looked up by
+    ``roughness_uv``, its roughness, 0 of mirrors, is multiplied; ``textures`` holds (offset into texels, width, height,
     what it does beyond its edges along u + 4 times that along v, of `WRAPS`).
     """
 
@@ -70,6 +79,9 @@ class _Surface:
     normal_scale: Float32[np.ndarray, "triangles"]
     texels: UInt8[np.ndarray, "texels 4"]
     textures: Int32[np.ndarray, "textures 4"]
+    roughness: Float32[np.ndarray, "triangles"]
+    roughness_texture: Int32[np.ndarray, "triangles"]
+    roughness_uv: Float32[np.ndarray, "triangles 3 2"]
 
 
 def _surface(scene: Scene, triangle: UInt32[np.ndarray, "samples"]) -> tuple[_Surface, Int64[np.ndarray, "samples"]]:
@@ -80,11 +92,13 @@ def _surface(scene: Scene, triangle: UInt32[np.ndarray, "samples"]) -> tuple[_Su
     chosen = np.flatnonzero(seen)
     bounds = np.searchsorted(chosen, scene.triangle_offsets)
     count = len(chosen)
-    mapped = any(part.reflective and part.material.normal_texture is not None for part in scene.parts)
+    mapped = any(image is not None for part in scene.parts if part.reflective for image in _images(part))
     positions, normals = np.zeros((count, 3, 3), np.float32), np.zeros((count, 3, 3), np.float32)
     uv = np.zeros((count if mapped else 0, 3, 2), np.float32)
     tangents = np.zeros((count if mapped else 0, 3, 4), np.float32)
     texture, scale = np.full(count, -1, np.int32), np.zeros(count, np.float32)
+    roughness, roughness_texture = np.zeros(count, np.float32), np.full(count, -1, np.int32)
+    roughness_uv = np.zeros_like(uv)
     texels, textures, offset = [np.zeros((1, 4), np.uint8)], [np.zeros(4, np.int32)], 1
     for i, part in enumerate(scene.parts):
         span = slice(bounds[i], bounds[i + 1])
@@ -93,19 +107,34 @@ def _surface(scene: Scene, triangle: UInt32[np.ndarray, "samples"]) -> tuple[_Su
         mesh = part.mesh
         corners = mesh.triangles[chosen[span] - scene.triangle_offsets[i]]
         positions[span], normals[span] = mesh.positions[corners], mesh.normals[corners]
-        image = part.material.normal_texture
-        if image is not None and mesh.uv is not None and mesh.tangents is not None:
-            coordinates = mesh.uv_set(image.coordinates)
-            assert coordinates is not None
-            uv[span], tangents[span] = coordinates[corners], mesh.tangents[corners]
-            texture[span], scale[span] = len(textures), part.material.normal_scale
+        scale[span] = part.material.normal_scale
+        if is_rough(part):
+            roughness[span] = part.material.perceptual_roughness
+        for image, which, of_which in zip(_images(part), (texture, roughness_texture), (uv, roughness_uv), strict=True):
+            coordinates = None if image is None else mesh.uv_set(image.coordinates)
+            if image is None or coordinates is None:
+                continue
+            of_which[span], which[span] = coordinates[corners], len(textures)
+            if which is texture and mesh.tangents is not None:
+                tangents[span] = mesh.tangents[corners]
             height, width = image.pixels.shape[:2]
             texels.append(image.pixels.reshape(-1, 4))
             wraps = WRAPS.index(image.wraps[0]) + 4 * WRAPS.index(image.wraps[1])
             textures.append(np.array([offset, width, height, wraps], np.int32))
             offset += width * height
-    surface = _Surface(positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures))
+    surface = _Surface(
+        positions, normals, uv, tangents, texture, scale, np.concatenate(texels), np.stack(textures), roughness,
+        roughness_texture, roughness_uv,
+    )  # fmt: skip
     return surface, number[triangle]
+
+
+def _images(part: Part) -> tuple[Texture | None, Texture | None]:
+    """A part's normal map and the texture of its roughness, as far as it has any and its mesh is laid out for it."""
+    material, mesh = part.material, part.mesh
+    normal = material.normal_texture if mesh.tangents is not None else None
+    roughness = material.metallic_roughness_texture if is_rough(part) else None
+    return (normal, roughness) if mesh.uv is not None else (None, None)
 
 
 @njit(cache=True, error_model="numpy")
@@ -170,12 +199,25 @@ def _shading_normal(k, b0, b1, b2, normals, uv, tangents, texture, scales, texel
     return _normalized(mx * tx + my * bx + mz * nx, mx * ty + my * by + mz * ny, mx * tz + my * bz + mz * nz)
 
 
+@njit(cache=True, error_model="numpy")
+def _entry(table, n_dot_v, roughness):  # type: ignore[no-untyped-def]
+    """Of one number of `dfg_table`, bilinear."""
+    rows, columns = table.shape
+    x, y = sqrt(n_dot_v) * (columns - 1), roughness * (rows - 1)
+    column, row = min(int(x), columns - 2), min(int(y), rows - 2)
+    fx, fy = x - column, y - row
+    upper = table[row, column] * (1.0 - fx) + table[row, column + 1] * fx
+    lower = table[row + 1, column] * (1.0 - fx) + table[row + 1, column + 1] * fx
+    return upper * (1.0 - fy) + lower * fy
+
+
 @njit(parallel=True, cache=True, error_model="numpy")
 def _mirror(
     eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
-    position, direction,
+    roughness, roughness_texture, roughness_uv, leans, position, direction, rough,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down."""
+    """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down; and
+    ``rough``, the roughness."""
     for i in prange(len(triangle)):
         k = triangle[i]
         v = positions[k]
@@ -185,6 +227,7 @@ def _mirror(
         wx, wy, wz = eye[0] - v[0, 0], eye[1] - v[0, 1], eye[2] - v[0, 2]
         if gx * wx + gy * wy + gz * wz < 0.0:  # the back of a double-sided face
             gx, gy, gz = -gx, -gy, -gz
+        lean = 0.0
         for j in range(3):
             x, y = xy[i, 0] + step * (j == 1), xy[i, 1] + step * (j == 2)
             dirx, diry, dirz = _normalized(
@@ -210,6 +253,17 @@ def _mirror(
             if climb < SMALLEST_CLIMB:
                 lift = SMALLEST_CLIMB - climb
                 rx, ry, rz = _normalized(rx + lift * gx, ry + lift * gy, rz + lift * gz)
+            if j == 0:
+                rough[i] = roughness[k]
+                if roughness_texture[k] >= 0:
+                    c, b0 = roughness_uv[k], 1.0 - b1 - b2
+                    u, v_ = b0 * c[0, 0] + b1 * c[1, 0] + b2 * c[2, 0], b0 * c[0, 1] + b1 * c[1, 1] + b2 * c[2, 1]
+                    rough[i] *= _fetch(texels, textures[roughness_texture[k]], u, v_, 1)
+                if rough[i] > 0.0:
+                    n_dot_v = min(max(-(dirx * nx + diry * ny + dirz * nz), 0.0), 1.0)
+                    lean = _entry(leans, n_dot_v, rough[i])
+            if lean != 0.0:
+                rx, ry, rz = _normalized(rx + lean * (nx - rx), ry + lean * (ny - ry), rz + lean * (nz - rz))
             position[j, i, 0] = v[0, 0] + b1 * e1x + b2 * e2x
             position[j, i, 1] = v[0, 1] + b1 * e1y + b2 * e2y
             position[j, i, 2] = v[0, 2] + b1 * e1z + b2 * e2z

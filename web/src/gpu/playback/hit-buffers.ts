@@ -152,7 +152,8 @@ function createMaterials(
   const floats = new Float32Array(materials.buffer);
   let bits = METAL;
   parts.forEach((part, k) => {
-    const { baseColor, metallic, emission, normalScale, refraction, alpha, cutoff, dielectric } = part.material;
+    const { baseColor, metallic, roughness, emission, normalScale, refraction } = part.material;
+    const { alpha, cutoff, dielectric } = part.material;
     const at = MATERIAL_WORDS * k;
     floats.set([...baseColor, metallic, ...emission, normalScale], at);
     materials[at + 8] = partBits(part);
@@ -161,7 +162,7 @@ function createMaterials(
       floats[at + 9] = refraction.transmission;
       floats.set([...refraction.absorption, refraction.index], at + 12);
     }
-    floats.set([alpha, cutoff ?? 0], at + 16);
+    floats.set([alpha, cutoff ?? 0, roughness], at + 16);
     floats.set([...dielectric.f0, dielectric.f90], at + 20);
     bits |= partBits(part);
     picturesOf(part).forEach((picture, which) => {

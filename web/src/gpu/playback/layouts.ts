@@ -23,7 +23,8 @@ const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
-const [REFRACTIVE, THIN] = [8192, 16384];
+const [REFRACTIVE, THIN, ROUGH] = [8192, 16384, 32768];
+const LEAST_ROUGHNESS = 0.03; // smoother parts are mirrors
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
   const { camera, blend, base, shown, hiddenShells, byOrigin } = view;
@@ -86,6 +87,7 @@ export function partUniform(
   floats.set([...material.baseColor, material.metallic], 64);
   floats.set([...material.emission, material.normalScale], 68);
   new Uint32Array(data).set([partBits(part) | (local ? HAS_LOCAL : 0), shells.length], 72);
+  floats[75] = material.roughness;
   const { refraction } = material;
   if (refraction) {
     floats[74] = refraction.transmission;
@@ -123,6 +125,7 @@ export function partBits(part: Part): number {
   bits |= (part.colors ? COLORS : 0) | (part.moreUv.length > 0 ? MORE_UV : 0);
   const refraction = part.reflective ? part.material.refraction : undefined;
   if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);
+  if (part.reflective && part.material.roughness >= LEAST_ROUGHNESS) bits |= ROUGH;
   if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
   return bits;
 }
@@ -142,6 +145,7 @@ export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
       { binding: 6, visibility: fragment, sampler: {} },
       ...[7, 8, 9].map((binding) => ({ binding, visibility: fragment, buffer: storage })),
       { binding: 10, visibility: fragment, texture: { viewDimension: "2d-array" } },
+      { binding: 11, visibility: fragment, texture: {} },
     ],
   });
 }

@@ -102,6 +102,7 @@ export class SceneBuffers {
           resource: { buffer: this.storage(data) },
         })),
         { binding: 10, resource: hits.pictures.createView({ dimension: "2d-array" }) },
+        { binding: 11, resource: this.ggxTable().createView() },
       ],
     });
   }
@@ -114,6 +115,16 @@ export class SceneBuffers {
     });
     this.device.queue.writeBuffer(buffer, 0, data as Float32Array<ArrayBuffer>);
     return buffer;
+  }
+
+  private ggxTable(): GPUTexture {
+    const { rows, columns, values } = this.pem.ggxTable ?? { rows: 1, columns: 1, values: new Uint16Array(4) };
+    const texture = createPicture(this.device, columns, rows, "rgba16float", false);
+    this.device.queue.writeTexture({ texture }, values as Uint16Array<ArrayBuffer>, { bytesPerRow: 8 * columns }, [
+      columns,
+      rows,
+    ]);
+    return texture;
   }
 
   private environment(): GPUTexture {

@@ -1,0 +1,47 @@
+"""Which parts are rough, and how rough."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from reflet.scene.scene import Part, Scene
+from reflet.scene.surface_mean import surface_texels
+
+LEAST_ROUGHNESS = 0.03
+"""Below this perceptual_roughness a lobe is taken for a mirror: half of what it shows lies within 2α = 1.8 mrad of the
+mirrored direction, less than a texel of a cube of 512² (3.1 mrad) and a pixel of most pictures."""
+
+TRACED_ROUGHNESS = 0.2
+"""Up to this perceptual roughness playback traces rays along the peak of a surface's lobe through the object's own
+mesh; twin: `TRACED_ROUGHNESS` of gloss.wgsl."""
+
+_FEW = 0.01  # of the surface, that may be smoother than what counts as the least: texels by seams, dust
+
+
+def is_rough(part: Part) -> bool:
+    """Whether a part reflects by a lobe, be it here and there; glass is clear."""
+    return part.reflective and part.material.refraction is None and _roughness(part) >= LEAST_ROUGHNESS
+
+
+def least_roughness(parts: Collection[Part]) -> float:
+    """The least perceptual_roughness on the surfaces of some reflective parts; 0 where one of them is a mirror."""
+    return min((float(np.quantile(_on_surface(part), _FEW)) if is_rough(part) else 0.0 for part in parts), default=0.0)
+
+
+def as_mirrors(scene: Scene) -> Scene:
+    """The scene with all that reflects made perfectly smooth."""
+    return replace(scene, parts=tuple(_smooth(part) if is_rough(part) else part for part in scene.parts))
+
+
+def _roughness(part: Part) -> float:
+    return part.material.perceptual_roughness
+
+
+def _on_surface(part: Part) -> np.ndarray:
+    texels = surface_texels(part)
+    return _roughness(part) * (np.ones(1) if texels is None else texels[:, 1] / 255.0)
+
+
+def _smooth(part: Part) -> Part:
+    return replace(part, material=replace(part.material, perceptual_roughness=0.0))
