@@ -3,10 +3,38 @@
 import numpy as np
 from jaxtyping import Float, Float32
 
+from reflet.envmap.env_image import EnvImage
+from reflet.envmap.lod import roughness_of_level
 from reflet.envmap.mip_chain import MipChain
+from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.texture_filter import sample
+from reflet.reflectance.brdfs.ggx import GgxKernel
+from reflet.reflectance.prefilter.prefilter import Prefilter
 
+_MIRRORING = 0.5  # of a level's roughness: smoother surfaces see it as it is
+_NEARER = 1  # levels finer than the mean one that a lobe reads, where what it sees is far away
 _AT_ONCE = 1 << 16  # lookups: bounds the memory to some tens of MB
+
+
+def lobe_levels(
+    cube: MipChain, texels: Float32[np.ndarray, "texels channels"], least_roughness: float
+) -> Float32[np.ndarray, "texels channels"]:
+    """A static cube for rough surfaces: each mip level is what level 0 holds, filtered with GGX of the roughness whose
+    lookups read it (`roughness_of_level`); premultiplied radiance and alpha alike.
+
+    Levels that only narrower lobes than those of ``least_roughness`` read stay as they are, and all do where it is so
+    small that level 0 is as good as a mirror's.
+    """
+    roughness = [roughness_of_level(level, cube.size) for level in range(cube.level_count)]
+    if least_roughness < _MIRRORING * roughness[0]:
+        return texels
+    first = max(int(np.searchsorted(roughness, least_roughness, side="right")) - 1 - _NEARER, 0)
+    roughness[0] = min(roughness[0], least_roughness)
+    out, prefilter = texels.copy(), Prefilter(EnvImage(CUBE, cube.level(texels, 0)))
+    for level in range(first, cube.level_count):
+        kernel = GgxKernel(roughness[level] ** 2)
+        cube.level(out, level)[:] = prefilter.map(kernel, CUBE, cube.level_sizes[level]).texels
+    return out
 
 
 def prior_texels(

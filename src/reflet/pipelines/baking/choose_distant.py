@@ -8,6 +8,9 @@ pictures are within `_GAIN` of the best, the cheapest to look up is taken.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from jaxtyping import Float32
+
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, SHAPES, Geometry
 from reflet.envmap.relief import FETCHES, Relief
@@ -18,7 +21,7 @@ from reflet.infer.fit_shells import fit_shells
 from reflet.infer.shown import shown_rows
 from reflet.pem.pem import MOST_SHELLS
 from reflet.pipelines.baking.held_back import HeldBackView, display_psnr, trial_size
-from reflet.pipelines.baking.probes import PROBE_SPP, STATIC_LOD_BIAS
+from reflet.pipelines.baking.probes import PROBE_SPP, STATIC_LOD_BIAS, seen_by
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.bounds import reach
 from reflet.scene.views.parameter_space import ParameterSpace
@@ -112,12 +115,13 @@ def _best(
         whole = probes[0].undivided() if probes else tracer.probe(number, layouts[0], size=map_size, spp=PROBE_SPP)
         probes.insert(0, whole)
     for probe in probes:
+        seen = [seen_by(tracer.scene, parts, probe, shell) for shell in range(probe.layout.count)]
         for kinds in _kinds(probe.layout, distant):
             geometries = fit_shells(kinds, tracer.scene, parts, probe)
             fitted = tuple(geometry.kind for geometry in geometries)
             if any(trial.kinds == fitted and other is probe for trial, other in trials):
                 continue  # where nothing is near, all are the sphere at infinity
-            psnr = _score(probe, geometries, parts, views)
+            psnr = _score(probe, seen, geometries, parts, views)
             trials.append((Trial(fitted, sum(map(_fetches, geometries)), psnr), probe))
     enough = max(trial.psnr for trial, _ in trials) - _GAIN
     best, probe = min(
@@ -141,10 +145,12 @@ def _fetches(geometry: Geometry) -> int:
 
 
 def _score(
-    probe: StaticProbe, geometries: Sequence[Geometry], parts: Sequence[int], views: Sequence[HeldBackView]
+    probe: StaticProbe,
+    seen: Sequence[Float32[np.ndarray, "texels _"]],
+    geometries: Sequence[Geometry],
+    parts: Sequence[int],
+    views: Sequence[HeldBackView],
 ) -> float:
-    """Display PSNR in dB of an object over all views."""
-    shells = [
-        EnvMap(probe.chain, shell.texels, geometry) for shell, geometry in zip(probe.shells, geometries, strict=True)
-    ]
+    """Display PSNR in dB of an object over all views, which shows its shells as ``seen`` by its parts."""
+    shells = [EnvMap(probe.chain, texels, geometry) for texels, geometry in zip(seen, geometries, strict=True)]
     return display_psnr(view.error(parts, shown_rows(view.gbuffer, shells, STATIC_LOD_BIAS)) for view in views)

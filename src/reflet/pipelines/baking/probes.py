@@ -3,16 +3,17 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Float32
 
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.sampling import valid_texels
 from reflet.infer.fit_geometry import em_origin
-from reflet.infer.prior import prior_texels
+from reflet.infer.prior import lobe_levels, prior_texels
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
+from reflet.scene.roughness import least_roughness
 from reflet.scene.scene import Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
@@ -68,10 +69,17 @@ def static_texels(
     for number, layer in enumerate(layers):
         if layer.kind == "distant":
             probe = probes[scene.object_of_part[layer.parts[0]]]
-            shell = probe.shells[shell_number(layers, number)].texels
+            shell = seen_by(scene, layer.parts, probe, shell_number(layers, number))
             frame = np.eye(3) if camera is None else layer.map_from_world(camera)
             texels.append(prior_texels(probe.chain, shell, layer.chain, frame))
     return texels
+
+
+def seen_by(
+    scene: Scene, parts: Sequence[int], probe: StaticProbe, shell: int
+) -> Float32[np.ndarray, "texels channels"]:
+    """A shell of a probe as some parts look it up: its levels filtered by their lobes, where all of them are rough."""
+    return lobe_levels(probe.chain, probe.shells[shell].texels, least_roughness([scene.parts[p] for p in parts]))
 
 
 def shells_of(scene: Scene, layers: Sequence[Layer]) -> list[Shells]:
