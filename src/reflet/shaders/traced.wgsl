@@ -256,19 +256,19 @@ fn goes_through_met(hit: Hit, d: vec3f) -> bool {
   return !is_there(alpha, material.cutoff, threshold(bits.x ^ (bits.y << 7u) ^ (bits.z << 15u), 0u, met.triangle));
 }
 
-// The nearest surface that a ray does not go through.
+// The nearest surface that a ray does not go through. The tree is walked in one place: compilers write it out wherever it is
+// called.
 fn closest_surface(o: vec3f, d: vec3f) -> Hit {
-  var hit = closest_hit(o, d);
-  if ((HIT_BITS & PART_HOLES) == 0u) {
-    return hit;
-  }
   var passed = 0.0;
-  for (var k = 0u; k < MOST_HOLES && hit.at != NOTHING && goes_through_met(hit, d); k++) {
-    passed += hit.t;
-    passed += OFFSET * max(largest(o + passed * d), hit.t);
+  var hit = Hit(FAR, NOTHING, vec2f(0.0));
+  for (var k = 0u; k < MOST_HOLES; k++) {
     hit = closest_hit(o + passed * d, d);
+    hit.t += passed;
+    if ((HIT_BITS & PART_HOLES) == 0u || hit.at == NOTHING || !goes_through_met(hit, d)) {
+      break;
+    }
+    passed = hit.t + OFFSET * max(largest(o + hit.t * d), hit.t);
   }
-  hit.t += passed;
   return hit;
 }
 
