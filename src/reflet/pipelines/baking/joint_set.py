@@ -28,6 +28,7 @@ SPACING_DEG, COARSE_SPACING_DEG = 20.0, 40.0  # of the viewpoints beside the sam
 _BELOW_DEG, _ABOVE_DEG = -10.0, 30.0  # elevation of the dome beside the sampled one's
 _BESIDE_DEG = 20.0  # azimuth beyond the sampled ones that counts as beside them
 _STEEPEST_DEG = 80.0
+_MOST_SAMPLED = 3
 _SETTINGS = SolverSettings(regularization=0.02)
 _SEED = 500_000
 
@@ -37,7 +38,8 @@ def joint_points(space: ParameterSpace, spacing_deg: float | None = None) -> lis
 
     Beside the sampled azimuths, up to 20° away, they are about `SPACING_DEG` apart, in azimuth and elevation;
     elsewhere, and everywhere where there are no samples or they go all the way round, `COARSE_SPACING_DEG`. A set of
-    the one side alone would be worse on the other than the static map. ``spacing_deg`` replaces both.
+    the one side alone would be worse on the other than the static map. ``spacing_deg`` replaces both. Last come up to
+    `_MOST_SAMPLED` of the samples, unless they go all the way round: where these are, most is looked at.
     """
     middle, points = space.middle_point(), space.points()
     azimuths = [point.get("azimuth_deg", middle["azimuth_deg"]) for point in points]
@@ -49,12 +51,16 @@ def joint_points(space: ParameterSpace, spacing_deg: float | None = None) -> lis
         beside, others = np.zeros(0), middle["azimuth_deg"] + _evenly(0.0, 360.0, coarse)[:-1]
     else:
         beside, others = _evenly(first, last, fine), _evenly(last, first + 360.0, coarse)[1:-1]
-    return [
+    around = [
         {**middle, "azimuth_deg": float(azimuth), "elevation_deg": float(elevation)}
         for columns, spacing in ((beside, fine), (others, coarse))
         for elevation in _evenly(float(low), float(high), spacing)
         for azimuth in columns
     ]
+    if not len(beside):
+        return around
+    numbers = np.unique(np.linspace(0, len(points) - 1, _MOST_SAMPLED).round().astype(int))
+    return around + [{**middle, **points[number]} for number in numbers]
 
 
 def _evenly(first: float, last: float, spacing: float) -> np.ndarray:
