@@ -19,9 +19,9 @@ DATA = Path(__file__).parents[3] / "shared" / "data"
 SKY = EnvironmentLight(np.ones((2, 4, 3), np.float32))
 MODELS = {  # triangles as the data's notes say, and whether anything reflects unasked
     "torus.glb": (1152, True), "spot.obj": (5856, True), "shaderball.glb": (88264, False),
-    "Suzanne/Suzanne.gltf": (3936, False), "WaterBottle/WaterBottle.gltf": (4510, False),
-    "boombox_nomat.glb": (6036, True), "IridescenceLamp.glb": (18866, True), "ClearCoatTest.glb": (37116, False),
-    "NormalTangentMirrorTest.glb": (5240, False), "AnisotropyDiscTest.glb": (2788, True),
+    "Suzanne/Suzanne.gltf": (3936, True), "WaterBottle/WaterBottle.gltf": (4510, True),
+    "boombox_nomat.glb": (6036, True), "IridescenceLamp.glb": (18866, True), "ClearCoatTest.glb": (37116, True),
+    "NormalTangentMirrorTest.glb": (5240, True), "AnisotropyDiscTest.glb": (2788, True),
     "Ingenuity_decoded.glb": (9060, True),
 }  # fmt: skip
 

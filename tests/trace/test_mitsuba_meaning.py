@@ -44,12 +44,12 @@ def write(folder: Path, inside: str, name: str = "scene.xml") -> Path:
 
 
 def read(folder: Path, inside: str, **options) -> tuple[Scene, list[str]]:  # type: ignore[no-untyped-def]
-    """The scene, and the warnings without those of `assemble`."""
+    """The scene, and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scene = read_mitsuba_xml(write(folder, inside), **options)
     said = [str(w.message) for w in caught if issubclass(w.category, RefletWarning)]
-    return scene, [text for text in said if "Baked as perfect mirrors" not in text]
+    return scene, said
 
 
 def first_hits(scene: Scene, origin: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -89,7 +89,7 @@ from reflet.pem.pem import MOST_SHELLS
     help="How parts show one another in their mirrors: their own mesh traced, or, as in the paper, maps around each "
     "part, on a shape.",
 )
-@click.option("--reflect", multiple=True, metavar="NAME", help="A part to bake as a mirror; may be given repeatedly.")
+@click.option("--reflect", multiple=True, metavar="NAME", help="A part that reflects; may be given repeatedly.")
 @codec_option
 @variant_option
 @click.option("--resume", is_flag=True, help="Go on with a bake that was stopped, with the same options.")

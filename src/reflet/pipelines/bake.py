@@ -37,7 +37,6 @@ from reflet.progress import ProgressCallback, silent
 from reflet.scene.companions import traced_parts
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
-from reflet.scene.roughness import as_mirrors
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -101,7 +100,7 @@ def bake(
     if local not in LOCALS:
         raise RefletError(f"Local light is traced, or has one of the geometries {', '.join(SHAPES)}; {local} is none.")
     progress("prepare", 0, _PREPARATIONS)
-    scene = as_mirrors(with_holdable_light(scene))
+    scene = with_holdable_light(scene)
     laid_out = parameterization_of(parameterization)
     em_size = em_size or default_size(laid_out)
     chain, local_chain = MipChain(em_size, laid_out), MipChain(local_size or max(em_size // 2, 1), laid_out)

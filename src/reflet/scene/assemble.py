@@ -13,11 +13,14 @@ from reflet.scene.material import EnvironmentLight
 from reflet.scene.meshes.corners import face_normals
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.touching import touch
+from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surface_mean import surface_mean
 
-MIRROR_ROUGHNESS = 0.3
-"""Metals up to this perceptual roughness reflect by default."""
+SMOOTH = TRACED_ROUGHNESS
+"""What is no metal reflects by default up to this perceptual roughness: playback shows it its own object by tracing,
+and smooth paint, varnish and glaze are seen to mirror. Of what is rougher 4 % and a little more of the light around is
+spread too wide to be told from diffuse light, but for lamps."""
 
 TOUCHING = 0.04
 """Parts that come closer than this share of the smaller one's diagonal form one object. A lid lies loosely in its rim
@@ -31,9 +34,9 @@ def assemble(
 ) -> Scene:
     """The scene these parts make.
 
-    Parts reflect if they are metallic (mean over the surface at least 1/2) and smooth (mean perceptual roughness at
-    most 0.3), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches anything. Whatever
-    their roughness they become mirrors or clear glass, with a RefletWarning where it is not 0. Parts that touch form
+    Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
+    roughness at most 0.2), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches
+    anything. Glass becomes clear, with a RefletWarning where its roughness is not 0. Parts that touch form
     one object. Names are made unique by _2, _3…; zero-area triangles and unused vertices are dropped, the former with a
     RefletWarning.
 
@@ -150,25 +153,23 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
             raise RefletError(f"No part is named {pattern}; --reflect can name {names}.")
         forced |= matches
     chosen = set(forced)
-    glossy: list[str] = []
     frosted: list[str] = []
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
-        metal = metallic >= 0.5 and roughness <= MIRROR_ROUGHNESS and not part.material.unlit
-        if glass or metal:
+        shiny = (metallic >= 0.5 or roughness <= SMOOTH) and not part.material.unlit
+        if glass or shiny:
             chosen.add(p)
-        if p in chosen and roughness > 1e-3:
-            (frosted if glass else glossy).append(f"{part.name} ({roughness:.2f})")
+        if glass and roughness > 1e-3:
+            frosted.append(f"{part.name} ({roughness:.2f})")
     if not chosen:
         raise RefletError(
-            f"No part reflects (metallic, with a roughness of at most {MIRROR_ROUGHNESS}, or glass); "
+            f"No part reflects (metallic, or of a roughness of at most {SMOOTH}, or glass); "
             f"choose with --reflect NAME from {names}."
         )
-    for what, rough in (("perfect mirrors", glossy), ("clear glass", frosted)):
-        if rough:
-            listed = ", ".join(rough[:8]) + (", …" if len(rough) > 8 else "")
-            warnings.warn(f"Baked as {what} whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
+    if frosted:
+        listed = ", ".join(frosted[:8]) + (", …" if len(frosted) > 8 else "")
+        warnings.warn(f"Baked as clear glass whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
     return chosen
 
 
