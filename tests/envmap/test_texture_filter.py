@@ -110,7 +110,8 @@ def test_compiled_places_are_the_same(geometry, p: Parameterization) -> None:
     lod = lod_from_neighbours(MipChain(256, p), met, -1.0)
     face, uv = p.uv_from_direction(met[0])
     packed = compiled_geometry(geometry)
-    found = np.array([place(p.kind, *packed, map_from_world, position, ray, 256, -1.0, k) for k in range(200)])
+    mirrors = np.zeros(200, np.float32)
+    found = np.array([place(p.kind, *packed, map_from_world, position, ray, mirrors, 256, -1.0, k) for k in range(200)])
     np.testing.assert_array_equal(found[:, 0], face)
     # The packed parameters are float32: 6e-8 of values up to 3, amplified, and of steps of 0.01 a hundred times that.
     np.testing.assert_allclose(found[:, 1:3], uv, atol=2e-6)

@@ -91,7 +91,7 @@ def test_the_joint_base_shows_all_sides_better_than_static_maps(
     assert psnr(static, places) > 20.0
 
 
-VIEWPOINTS = 6  # of a joint set 180 degrees apart: two by two beside the samples, two on the other side
+VIEWPOINTS = 8  # of a joint set 180 degrees apart: two by two beside the samples, two on the other side, two samples
 STOPS = [("joint set", 3), ("viewpoints", 1)]
 
 

@@ -17,6 +17,7 @@ const FLAGS = [
   "--enable-features=Vulkan",
   "--use-vulkan=swiftshader",
   "--use-angle=swiftshader",
+  "--disable-gpu-watchdog", // which takes a rasterizer in software that compiles for long for one that hangs
 ];
 
 const PATIENCE = 300_000; // ms for any one step: a hang, on a machine however busy
