@@ -37,6 +37,7 @@ from reflet.progress import ProgressCallback, silent
 from reflet.scene.companions import traced_parts
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -87,11 +88,11 @@ def bake(
     ``shells`` and with "auto" all of it is chosen (`choose_distant`). Its base, which serves all viewpoints, is
     inferred from viewpoints at most ``joint_spacing_deg`` apart all around (`joint_points`); the samples' maps differ
     from it as far as they show more. ``local`` light is "traced" through the mirrors' own meshes in playback, and the
-    base then static where that shows more (`choose_base`), unless ``joint_spacing_deg`` is given; or it is of layers
-    around each part, on the shape that ``local`` names. With such layers a shape as geometry is the paper's way: a map
-    a viewpoint, and no base. ``static`` bakes static maps only, for all viewpoints, without any inference; a space
-    without samples the base only. An environment too bright for half floats is dealt with as `with_holdable_light`
-    says.
+    base then static where that shows more (`choose_base`), and where any part is rough, unless ``joint_spacing_deg`` is
+    given; or it is of layers around each part, on the shape that ``local`` names. With such layers a shape as geometry
+    is the paper's way: a map a viewpoint, and no base. ``static`` bakes static maps only, for all viewpoints, without
+    any inference; a space without samples the base only. An environment too bright for half floats is dealt with as
+    `with_holdable_light` says.
     ``codec`` makes all files small, or, "none", plain.
     ``resume`` goes on with an unfinished bake of the same parameters. Raises RefletError for anything that can be put
     right.
@@ -112,6 +113,8 @@ def bake(
     space = space or orbit_space(frame_orbit(scene), views=default_views(local), spacing_deg=2.0)
     wanted: Literal["none", "static", "joint", "best"]
     wanted = "best" if traced and joint_spacing_deg is None else "joint"
+    if wanted == "best" and any(map(is_rough, scene.parts)):
+        wanted = "static"  # its levels are filtered by the lobe; what is inferred from traced lobes has their noise
     if static:
         space, wanted = ParameterSpace((Axis("azimuth_deg", ()),), space.orbit), "static"
     elif laid_out.is_view_dependent or (distant in SHAPES and space.sample_count and not traced):
