@@ -1,3 +1,4 @@
+#import part
 #import ggx_table
 #import fresnel
 
@@ -31,7 +32,7 @@ fn tilted(r: vec3f, spread: f32, across: bool) -> vec3f {
 
 // The mirrored ray r as the lobe's peak leans from it towards the normal; r itself of mirrors, whose lean is 0.
 fn leaning(r: vec3f, n: vec3f, lean: f32) -> vec3f {
-  if (lean == 0.0) {
+  if (!ROUGH || lean == 0.0) {
     return r;
   }
   return normalize(r + lean * (n - r));

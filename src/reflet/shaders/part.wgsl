@@ -76,6 +76,7 @@ const PART_TEXTURES = 120u;       // any of the four
 override PART_BITS: u32 = 0xffffffffu;
 override PART_SAMPLING: u32 = 0xffffffffu;
 override HOLES: bool = true;  // whether any part has them
+override ROUGH: bool = true;  // whether any part reflects by a lobe
 override SHELL_COUNT: u32 = 0xffffffffu;
 override DISTANT_KIND_0: f32 = -1.0;
 override DISTANT_KIND_1: f32 = -1.0;

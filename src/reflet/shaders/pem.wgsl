@@ -107,7 +107,7 @@ fn relief_lookup(shell: u32, m: Mirrors) -> Lookup {
   let dx = m.r1 + w * (m.p1 - origin);
   let dy = m.r2 + w * (m.p2 - origin);
   let found = lookup_in(layer, distant_parameterization(), m, d, dx, dy);
-  if (m.spread == 0.0) {
+  if (!ROUGH || m.spread == 0.0) {
     return found;
   }
   let from_origin = w * (m.p0 - origin);
@@ -127,7 +127,7 @@ fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) 
   let dx = lookup_direction(geometry, layer.geometry, m.p1, m.r1);
   let dy = lookup_direction(geometry, layer.geometry, m.p2, m.r2);
   let found = lookup_in(layer, parameterization, m, d, dx, dy);
-  if (m.spread == 0.0) {
+  if (!ROUGH || m.spread == 0.0) {
     return found;
   }
   return widened(

@@ -12,6 +12,10 @@ struct Gloss {
   ggx: vec4f,      // of the table; 0 of mirrors
 }
 
+fn is_rough() -> bool {
+  return ROUGH && part_is(PART_ROUGH);
+}
+
 // Of a sub-sample whose shading normal is n.
 fn gloss_at(s: Sample, n: vec3f) -> Gloss {
   var gloss = Gloss(part.metallic, part.perceptual_roughness, vec4f(0.0));
@@ -20,7 +24,7 @@ fn gloss_at(s: Sample, n: vec3f) -> Gloss {
     gloss.metallic *= texel.b;
     gloss.roughness *= texel.g;
   }
-  if (part_is(PART_ROUGH)) {
+  if (is_rough()) {
     gloss.ggx = ggx_entry(ggx_table, clamp(dot(-s.here.ray, n), 0.0, 1.0), gloss.roughness);
   } else {
     gloss.roughness = 0.0;
@@ -33,10 +37,14 @@ fn mirrors_of(s: Sample, n: vec3f, gloss: Gloss) -> Mirrors {
   let n1 = shading_normal(s.right, s.ng);
   let n2 = shading_normal(s.down, s.ng);
   let lean = gloss.ggx.z;
+  var spread = 0.0;
+  if (ROUGH) {
+    spread = lobe_spread(gloss.roughness);
+  }
   return Mirrors(
     s.here.p, leaning(mirrored(s.here.ray, n, s.ng), n, lean),
     s.right.p, leaning(mirrored(s.right.ray, n1, s.ng), n1, lean),
-    s.down.p, leaning(mirrored(s.down.ray, n2, s.ng), n2, lean), false, lobe_spread(gloss.roughness));
+    s.down.p, leaning(mirrored(s.down.ray, n2, s.ng), n2, lean), false, spread);
 }
 
 // LOD of a picture texture of the given number and size, from the same neighbours as that of env maps.
@@ -79,7 +87,7 @@ fn reflective(s: Sample) -> vec3f {
   let gloss = gloss_at(s, n);
   var shown = radiance_met(s, mirrors_of(s, n, gloss), gloss.roughness <= TRACED_ROUGHNESS);
   let dielectric = vec4f(part.dielectric_f0, part.dielectric_f90);
-  var albedo = diffuse_share(base_color, gloss.metallic, dielectric, part_is(PART_ROUGH), gloss.ggx);
+  var albedo = diffuse_share(base_color, gloss.metallic, dielectric, is_rough(), gloss.ggx);
   if (part_is(PART_REFRACTIVE)) {
     albedo = base_color * (1.0 - part.transmission);
     if (switched_on(SHOW_FRESNEL)) {
@@ -88,7 +96,7 @@ fn reflective(s: Sample) -> vec3f {
     }
   } else if (switched_on(SHOW_FRESNEL)) {
     shown *= reflectance(
-      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), part_is(PART_ROUGH), gloss.ggx);
+      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), is_rough(), gloss.ggx);
   }
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));

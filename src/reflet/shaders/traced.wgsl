@@ -190,7 +190,7 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     roughness *= texel.g;
   }
   let dielectric = vec4f(material.dielectric_f0, material.dielectric_f90);
-  let rough = hit_is(met.material, PART_ROUGH);
+  let rough = ROUGH && hit_is(met.material, PART_ROUGH);
   let n_dot_v = dot(-ray, n);
   var ggx = vec4f(0.0);
   var spread = rays.spread;

@@ -183,6 +183,7 @@ class SceneBuffers:
         bits = int(data["bits"])
         constants = {
             "PART_SAMPLING": int(data["sampling"]),
+            "ROUGH": any(map(is_rough, self._pem.scene.parts)),
             "SHELL_COUNT": int(data["shell_count"]),
             **{f"DISTANT_KIND_{shell}": float(data["distant"]["geometry"][shell, 0]) for shell in range(MOST_SHELLS)},
             "LOCAL_KIND": float(data["local"]["geometry"][0]),

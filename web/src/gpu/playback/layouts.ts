@@ -23,7 +23,8 @@ const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
-const [REFRACTIVE, THIN, ROUGH] = [8192, 16384, 32768];
+const [REFRACTIVE, THIN] = [8192, 16384];
+export const ROUGH = 32768;
 const LEAST_ROUGHNESS = 0.03; // smoother parts are mirrors
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
