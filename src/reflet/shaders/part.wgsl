@@ -74,6 +74,7 @@ const PART_TEXTURES = 120u;       // any of the four
 // Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and for the kinds of its geometries and
 // parameterizations, so that code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
+override ANY_BITS: u32 = 0xffffffffu;  // all bits that any part has, where one pipeline draws them all
 override PART_SAMPLING: u32 = 0xffffffffu;
 override HOLES: bool = true;  // whether any part has them
 override ROUGH: bool = true;  // whether any part reflects by a lobe
@@ -100,7 +101,7 @@ override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 @group(1) @binding(12) var reliefs: texture_cube_array<f32>;
 
 fn part_is(bit: u32) -> bool {
-  return (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
+  return (ANY_BITS & bit) != 0u && (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
 }
 
 // A texture's byte of `sampling`: 0 base colour, 1 metallic-roughness, 2 normals, 3 emission.

@@ -318,14 +318,15 @@ fn mirrored_from(s: Sample, m: Mirrors) -> Leaving {
 
 // Incident radiance: what the mirrors that are met send, and the distant light where the ray leaves them.
 fn radiance_met(s: Sample, m: Mirrors, traced: bool) -> vec3f {
-  if (!switched_on(SHOW_LOCAL) || !traced) {
-    return incident_radiance(m, false);
-  }
-  return radiance_along(mirrored_from(s, m));
+  return radiance_along(mirrored_from(s, m), traced && switched_on(SHOW_LOCAL));
 }
 
-fn radiance_along(start: Leaving) -> vec3f {
-  let way = follow(start);
+// The rays are followed, or else they meet nothing. What is looked up in the end is so in one place, as above.
+fn radiance_along(start: Leaving, followed: bool) -> vec3f {
+  var way = Way(vec3f(0.0), vec3f(1.0), start.rays, vec4u(0u));
+  if (followed) {
+    way = follow(start);
+  }
   let seen = way.light + way.throughput * incident_radiance(way.end, false);
   if (way.hits[0] == 0u) {
     return seen;
@@ -341,5 +342,5 @@ fn radiance_through(s: Sample, n: vec3f) -> vec3f {
     s.right.p, refracted(s.right.ray, shading_normal(s.right, s.ng), s.ng, part.index, s.back, thin),
     s.down.p, refracted(s.down.ray, shading_normal(s.down, s.ng), s.ng, part.index, s.back, thin), false, 0.0);
   return radiance_along(
-    Leaving(rays, s.triangle, -s.ng, false, false, select(part.absorption, vec3f(0.0), s.back)));
+    Leaving(rays, s.triangle, -s.ng, false, false, select(part.absorption, vec3f(0.0), s.back)), true);
 }

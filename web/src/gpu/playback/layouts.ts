@@ -18,7 +18,8 @@ const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
 export const FRAME_BYTES = 1856;
 export const PART_BYTES = 352;
 
-const [REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL] = [1, 2, 4];
+const [REFLECTIVE, DOUBLE_SIDED] = [1, 2];
+export const HAS_LOCAL = 4;
 const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
