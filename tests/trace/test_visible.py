@@ -1,13 +1,18 @@
 """Which triangles sub-samples see, and which pixels objects may cover."""
 
 import numpy as np
+import pytest
 from trace_scenes import CHROME, camera, constant_light, no_irradiance, quad, scene, sphere
 
+from reflet.scene.material import Material, Refraction
 from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.sample_pattern import sample_positions
+from reflet.trace.device_scene import DeviceScene
 from reflet.trace.footprint import covered_pixels
 from reflet.trace.tracer import Tracer
+from reflet.trace.variant import use_variant
+from reflet.trace.visible import covered_share
 
 
 def first_hits(what: Scene, view: Camera, count: int) -> np.ndarray:
@@ -104,3 +109,23 @@ def test_layers_without_a_seed_are_those_of_the_very_same_samples() -> None:
     covered = np.zeros(seen.shape)
     covered[layers.pixel + pixels * layers.part] = layers.coverage
     assert np.array_equal(covered, (seen / 16.0).astype(np.float32))
+
+
+def test_coverage_is_of_all_there_is_but_holes() -> None:
+    """What glows, what is unlit, of thin glass, half transparent or masked, on the left half of a picture."""
+    use_variant("llvm_ad_rgb")
+    fov = float(np.degrees(2.0 * np.arctan(0.25)))
+    view = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov_deg=fov, width=8, height=8)
+    square = quad((-1, -1, 0), (1.0, 0, 0), (0, 2, 0))
+    for material, share in (
+        (Material("lamp", emission=(3.0, 3.0, 3.0)), 1.0),
+        (Material("plain", unlit=True), 1.0),
+        (Material("sheet", refraction=Refraction(thin=True)), 1.0),
+        (Material("veil", alpha=0.25, alpha_mode="blend"), 0.25),
+        (Material("net", alpha=0.25, alpha_mode="mask"), 0.0),
+    ):
+        device = DeviceScene(scene([Part("square", square, material)], [], constant_light(1.0)))
+        seen = covered_share(device, view, 16)
+        # 512 sub-samples, let through by numbers spread evenly, tell a share to some per cent
+        assert seen[:, :4].mean() == pytest.approx(share, abs=0.02 if 0.0 < share < 1.0 else 0.0)
+        np.testing.assert_array_equal(seen[:, 4:], 0.0)

@@ -5,7 +5,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from jaxtyping import Bool, Int32
+from jaxtyping import Bool, Float32, Int32
 
 from reflet.scene.surfaces.visibility import Visibility
 from reflet.scene.views.camera import Camera
@@ -38,6 +38,15 @@ def first_seen(device: DeviceScene, rays: CameraRays, pixels: Int32[np.ndarray, 
     ray = mi.Ray3f(rays.eye, direction)
     hit = closest(device, ray, mi.Bool(True), coherent=True, threshold=lambda t: threshold(pixel, sample, t))
     return direction, hit
+
+
+def covered_share(device: DeviceScene, camera: Camera, sample_count: int) -> Float32[np.ndarray, "height width"]:
+    """The share of each pixel's sub-samples, at the positions of playback, that see any part, reflective or not."""
+    rays = CameraRays(camera, sample_count, seed=None)
+    pixels = np.arange(camera.height * camera.width, dtype=np.int32)
+    sees = [first_seen(device, rays, batch)[1].valid.numpy() for batch in rays.batches(pixels)]
+    share = np.concatenate(sees).reshape(camera.height, camera.width, sample_count).mean(-1)
+    return share.astype(np.float32)
 
 
 def visible_samples(device: DeviceScene, camera: Camera, sample_count: int) -> Visibility:
