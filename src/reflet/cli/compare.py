@@ -75,10 +75,10 @@ def compare(
             images=images,
             progress=progress,
         )
+    click.echo(comparison_table(comparison))  # first: what cannot be written after all does not take it along
     if json_path:
         atomic_write(json_path, (json.dumps(comparison.as_json(), indent=1) + "\n").encode())
     if figure:
         atomic_write(figure, comparison_figure(comparison))
     if page:
         atomic_write(page, result_page(opened, comparison, name=str(pem)).encode())
-    click.echo(comparison_table(comparison))

@@ -44,6 +44,7 @@ def render(
     from dataclasses import replace
 
     from reflet.errors import RefletError
+    from reflet.files.atomic import check_writable
     from reflet.files.pictures.exr import write_exr
     from reflet.files.pictures.png import write_png
     from reflet.pem.container import open_pem
@@ -56,6 +57,7 @@ def render(
         progress("read", 0, 1)
         opened = open_pem(pem)
         progress("read", 1, 1)
+    check_writable(output)
     orbit = opened.space.orbit if size is None else replace(opened.space.orbit, image_size=size)
     point = next(iter(opened.space.points()), {})
     given = {"azimuth_deg": azimuth, "elevation_deg": elevation, "distance": distance}

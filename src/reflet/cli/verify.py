@@ -34,7 +34,7 @@ def verify(pem: Path, json_path: Path | None) -> int:
         if json_path:
             check_writable(json_path)
         verification = verify_pem(opened, progress=progress)
+    click.echo(str(verification))  # first: a file that cannot be written after all does not take it along
     if json_path:
         atomic_write(json_path, (json.dumps(asdict(verification), indent=1) + "\n").encode())
-    click.echo(str(verification))
     return 0 if verification.agrees else 1

@@ -127,6 +127,14 @@ class PemWriter:
         for name in names:
             (self.folder / layout.STATE / f"{name}.npz").unlink(missing_ok=True)
 
+    def discard(self) -> None:
+        """Leave the folder as empty as it was."""
+        for item in self.folder.iterdir():
+            if item.is_dir() and not item.name.startswith("."):
+                shutil.rmtree(item, ignore_errors=True)
+            elif not item.name.startswith("."):
+                item.unlink()
+
     def finish(
         self,
         *,
@@ -242,8 +250,17 @@ class PemWriter:
 
 
 def save_pem(folder: str | Path, pem: ParameterizedEnvironmentMap, *, codec: str = "av1") -> None:
-    """Write a whole PEM into a new or empty folder; ``codec`` "none" keeps plain numbers."""
+    """Write a whole PEM into a new or empty folder, which is left empty if that fails; ``codec`` "none" keeps plain
+    numbers."""
     writer = PemWriter(folder, {}, codec=codec)
+    try:
+        _write_whole(writer, pem)
+    except BaseException:
+        writer.discard()
+        raise
+
+
+def _write_whole(writer: PemWriter, pem: ParameterizedEnvironmentMap) -> None:
     own = pem.statistics.get("samples", [{}] * len(pem.maps))
     for sample, env_maps in enumerate(pem.maps):
         writer.write_sample(sample, pem.layers, env_maps, own[sample])

@@ -13,7 +13,7 @@ from jaxtyping import Float, Float32
 
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.errors import RefletError
-from reflet.files.atomic import atomic_path
+from reflet.files.atomic import REASONS, atomic_path
 from reflet.files.pictures.exr_layers import ExrLayer, chosen_layer
 from reflet.files.pictures.primaries import REC709, are_usable, rec709_from_rgb, to_rec709, xyz_from_rgb
 from reflet.files.unreadable import check_is_file
@@ -52,7 +52,10 @@ def write_exr(
     with atomic_path(path) as temporary, OpenEXR.File(header, {name: pixels}) as file:
         try:
             file.write(str(temporary))
-        except RuntimeError as error:  # the library hides errno; a full disk is what remains after mkstemp succeeded
+        except RuntimeError as error:  # the library says what the system said, but not its number
+            for number in REASONS:
+                if os.strerror(number) in str(error):
+                    raise OSError(number, os.strerror(number)) from error
             raise RefletError(f"{path} cannot be written ({error}); is the disk full?") from error
 
 
