@@ -14,14 +14,17 @@ from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.pipelines import compare as module
 from reflet.pipelines.bake import bake
 from reflet.pipelines.baking import joint_set
-from reflet.pipelines.compare import _static_shells, compare, dome_points
+from reflet.pipelines.compare import compare, dome_points, straight
+from reflet.pipelines.rivals import as_if_smooth, engine_lights, static_shells
 from reflet.render.playback.renderer import Renderer
 from reflet.report.comparison import METHODS, PLACES, Comparison
+from reflet.report.measures import display_psnr
 from reflet.scene.assemble import assemble
 from reflet.scene.material import MIRROR
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.scene import Part, Scene
+from reflet.trace.compose import object_radiance
 from reflet.trace.tracer import Tracer
 
 OWN = ["layered", "distant-only", "distant-only-static", "static-shells"]
@@ -98,7 +101,7 @@ def test_static_shells_of_a_map_that_turns_with_the_camera_are_those_of_a_cube(t
     for name, size in (("cube", 32), ("gazing_ball", 64)):
         options = {"parameterization": name, "em_size": size, "spp": 1, "sample_count": 1, "distant": "box"}
         pem = open_pem(bake(in_a_room(), tmp_path / name, turned, **options))
-        renderer = Renderer(_static_shells(pem, Tracer(pem.scene, irradiance=pem.irradiance)))
+        renderer = Renderer(static_shells(pem, Tracer(pem.scene, irradiance=pem.irradiance)))
         frames.append(renderer.frame(space.camera(0), what="object", samples=1))
     error = np.abs(frames[0] - frames[1])[..., :3][frames[0][..., 3] > 0.0]
     assert len(error) > 200 and frames[0].max() > 0.5
@@ -113,10 +116,34 @@ def test_a_pem_that_traces_its_own_mesh_is_measured_beside_the_papers_layers(tmp
     scene = assemble([Part("bowl", inside, MIRROR)], environment=under_the_sky().environment)
     pem = pem_of(scene, tmp_path / "pem", 0, static=True, local="traced")
     comparison = compare(pem, samples=4, reference_spp=16, trace_spp=4)
-    assert set(METHODS) - set(comparison.methods) == {"distant-only-joint"}
+    assert set(METHODS) - set(comparison.methods) == {"distant-only-joint", "mirror"}  # nothing is rough
     assert comparison.played == "traced"
     traced, static, layered = (psnr(comparison, method) for method in ("traced", "traced-static", "layered"))
     for where, value in traced.items():
         assert value == pytest.approx(static[where], abs=0.3)  # of half floats, and of probes traced twice
         assert value > psnr(comparison, "static-shells")[where] + 3.0  # most of the bowl shows the bowl
     assert traced["above-20"] > layered["above-20"] + 3.0
+
+
+def test_engines_show_smooth_balls_as_mirrors_do_and_rough_ones_better(tmp_path: Path) -> None:
+    """Balls, which nothing hides anything of, under a sky."""
+    found = {}
+    for roughness in (0.0, 0.5):
+        ball = Part("ball", sphere_mesh(0.3, around=64), replace(MIRROR, perceptual_roughness=roughness))
+        scene = assemble([ball], environment=under_the_sky().environment)
+        pem = pem_of(scene, tmp_path / f"{roughness}", 0, static=True, local="traced", em_size=64)
+        tracer, camera = Tracer(scene, irradiance=pem.irradiance), pem.space.orbit.camera()
+        undivided = module._undivided(pem, tracer)
+        engine = tracer.split_sum(camera, engine_lights(undivided.static["box"], undivided.probes))
+        smooth, played = (
+            straight(Renderer(each).frame(camera, what="object", samples=16))
+            for each in (as_if_smooth(pem, "llvm_ad_rgb"), pem)
+        )
+        truth, coverage = object_radiance(tracer.view(camera, spp=256, sample_count=1).layers)
+        shown = {"engine": engine, "mirror": smooth, "played": played}
+        found[roughness] = {name: display_psnr(truth, each, coverage == 1.0) for name, each in shown.items()}
+        if roughness == 0.0:  # one map, whose texels one looks up by their LOD and the other interpolates
+            assert display_psnr(smooth, engine, coverage == 1.0) > 45.0
+    assert min(found[0.0].values()) > 45.0
+    rough = found[0.5]
+    assert rough["mirror"] + 4.0 < rough["engine"] < rough["played"] - 3.0  # 27, 34 and 41 dB

@@ -38,7 +38,8 @@ def compare(
     At the samples, halfway between them, 10° and 20° above, and all around: the PEM; static shells instead, with the
     object's own mesh traced and without; its distant layer alone, as played, of the joint set, and of static shells;
     the paper's layered PEM; single-layer PEMs of four geometries; a static environment map from the object's centre,
-    and the same projected on a box. Display PSNR, SSIM and FLIP, with error images in one figure.
+    the same projected on a box, and that as engines show it, prefiltered, by the split sum; and rough parts played as
+    mirrors. Display PSNR, SSIM and FLIP, with error images in one figure.
 
     \b
     Examples:

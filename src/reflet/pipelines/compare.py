@@ -19,10 +19,11 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.files.pictures.exr import write_exr
 from reflet.infer.fit_geometry import em_origin
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
-from reflet.pipelines.baking.base_maps import LOD_BIASES, TRACED_LOD_BIAS
+from reflet.pipelines.baking.base_maps import LOD_BIASES
 from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
-from reflet.pipelines.baking.probes import STATIC_LOD_BIAS, probe_size, shells_of, static_texels, trace_probes
+from reflet.pipelines.baking.probes import probe_size, static_texels, trace_probes
 from reflet.pipelines.baking.viewpoints import infer_view, sample_seed
+from reflet.pipelines.rivals import as_if_smooth, engine_lights, static_shells
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
 from reflet.render.playback.layouts import Shown
@@ -30,11 +31,12 @@ from reflet.render.playback.renderer import ALL_SHOWN, Renderer, Samples
 from reflet.report.comparison import Comparison, Exhibit, Viewpoint
 from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, squared_error
 from reflet.report.tally import Tally
+from reflet.scene.roughness import is_rough
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace, orbit_space
 from reflet.scene.views.sample_pattern import QUICKLY
 from reflet.trace.compose import compose, object_radiance, object_under_distant
-from reflet.trace.layers import Shells
+from reflet.trace.layers import Shells, StaticProbe
 from reflet.trace.tracer import Tracer
 
 MOST_SAMPLES = 3
@@ -79,9 +81,11 @@ def compare(
     Where the PEM has no samples, viewpoints of its orbit stand for them. ``samples`` a pixel are shown (as
     `Renderer.frame` takes them; by default 16, and 64 where those disagree; maps alone with those that they were
     inferred for). Rivals are inferred at the same samples from the same layers (``trace_spp`` defaults to the bake's),
-    among them the paper's layers where the PEM traces its own mesh; static maps are seen from the object's centre. The
-    reference has ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own maps show is measured,
-    in a third of the time. With ``images`` the pictures behind each number are written into that folder:
+    among them the paper's layers where the PEM traces its own mesh; static maps are seen from the object's centre. Two
+    show what roughness is worth: "engine" is such a map looked up as real-time engines do (`SplitSumMap`), with the ray
+    tracer's diffuse light and where nothing is of glass, "mirror" plays rough parts as mirrors. The reference has
+    ``reference_spp`` samples a pixel. Without ``rivals`` only what the PEM's own maps show is measured, in a third of
+    the time. With ``images`` the pictures behind each number are written into that folder:
     ``<where>-<view>-<what>.exr`` with what = reference, mask, or a method (radiance of the object, zero where the mask
     is), and reference-picture and played-picture (everything). Holds about 20 bytes a pixel and view, and the rivals'
     maps.
@@ -109,7 +113,7 @@ def compare(
         if folder:
             _write(folder, reference, method, image)
 
-    renderer, static = Renderer(pem), Renderer(_static_shells(pem, tracer))
+    renderer, static = Renderer(pem), Renderer(static_shells(pem, tracer))
     of_maps = samples if isinstance(samples, int) else None  # of maps alone: those that they were inferred for
     wholes: list[tuple[str, Renderer, Collection[Shown], Samples | None]] = [
         ("traced" if traces else "layered", renderer, ALL_SHOWN, samples),
@@ -152,12 +156,18 @@ def compare(
     noise = _noise_floor(tracer, references[0], reference_spp)
     if pem.companions or (traces and len(pem.scene.objects) > 1):  # rivals' rays pass through their own object alone
         tracer = Tracer(pem.scene, variant=variant, irradiance=pem.irradiance)
-    for method, rival in _rivals(pem, space, tracer, trace_spp, progress) if rivals else ():
-        renderer = Renderer(rival)
-        for reference in references:
-            image = straight(renderer.frame(reference.camera, what="object", samples=samples))
-            measure(method, reference, image)
-        del renderer
+    if rivals:
+        undivided = _undivided(pem, tracer)
+        for method, rival in _rivals(pem, space, tracer, undivided, trace_spp, variant, progress):
+            renderer = Renderer(rival)
+            for reference in references:
+                image = straight(renderer.frame(reference.camera, what="object", samples=samples))
+                measure(method, reference, image)
+            del renderer
+        if not any(part.reflective and part.material.refraction for part in pem.scene.parts):
+            lights = engine_lights(undivided.static["box"], undivided.probes)
+            for reference in references:
+                measure("engine", reference, tracer.split_sum(reference.camera, lights))
 
     spacing = azimuths[1] - azimuths[0] if len(azimuths) > 1 else 0.0
     elevations = {view.where: view.elevation_deg for view in views}
@@ -185,16 +195,6 @@ def compare(
 def _compared_space(space: ParameterSpace) -> ParameterSpace:
     """The space, with as many samples as are compared if it has none."""
     return space if space.sample_count else orbit_space(space.orbit, MOST_SAMPLES, _ORBIT_SPACING_DEG)
-
-
-def _static_shells(pem: ParameterizedEnvironmentMap, tracer: Tracer) -> ParameterizedEnvironmentMap:
-    """The PEM's shells as static maps alone, with or without tracing, shown as `bake` shows them."""
-    layers = tuple(pem.layers[index] for index in pem.distant_layers)
-    probes = trace_probes(tracer, shells_of(pem.scene, layers), probe_size(layers[0].chain))
-    base = _env_maps(layers, static_texels(pem.scene, layers, probes, pem.space.orbit.camera()))
-    space = ParameterSpace((Axis("azimuth_deg", ()),), pem.space.orbit)
-    lod_bias = TRACED_LOD_BIAS if pem.most_hits else STATIC_LOD_BIAS
-    return replace(pem, space=space, layers=layers, maps=[], base=base, lod_bias=lod_bias)
 
 
 def _samples(space: ParameterSpace) -> list[int]:
@@ -272,11 +272,15 @@ def _noise_floor(tracer: Tracer, reference: _Reference, spp: int) -> float:
     return squared_error(reference.radiance, again, reference.mask).psnr + 10.0 * float(np.log10(2.0))
 
 
-def _rivals(
-    pem: ParameterizedEnvironmentMap, space: ParameterSpace, tracer: Tracer, spp: int, progress: ProgressCallback
-) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
-    """The paper's layers where the PEM traces its own mesh instead, and single-layer PEMs of every geometry, inferred
-    at the samples compared; then static maps."""
+@dataclass(frozen=True)
+class _Undivided:
+    """The surroundings of each object seen from its middle, and its distant layer on each of `GEOMETRIES`."""
+
+    probes: list[StaticProbe]
+    static: dict[str, tuple[Layer, ...]]
+
+
+def _undivided(pem: ParameterizedEnvironmentMap, tracer: Tracer) -> _Undivided:
     chain = pem.layers[pem.distant_layers[0]].chain
     undivided = [Shells(em_origin(pem.scene, item.parts)) for item in pem.scene.objects]
     probes = trace_probes(tracer, undivided, probe_size(chain))
@@ -284,6 +288,21 @@ def _rivals(
         short: plan_distant_layers(pem.scene, probes, [(kind,)] * len(probes), chain)
         for short, kind in GEOMETRIES.items()
     }
+    return _Undivided(probes, static)
+
+
+def _rivals(
+    pem: ParameterizedEnvironmentMap,
+    space: ParameterSpace,
+    tracer: Tracer,
+    undivided: _Undivided,
+    spp: int,
+    variant: str,
+    progress: ProgressCallback,
+) -> Iterator[tuple[str, ParameterizedEnvironmentMap]]:
+    """The paper's layers where the PEM traces its own mesh instead, and single-layer PEMs of every geometry, inferred
+    at the samples compared; then static maps, and the PEM's shells as mirrors would show them if any part is rough."""
+    chain, probes, static = pem.layers[pem.distant_layers[0]].chain, undivided.probes, undivided.static
     samples = _samples(space)
     papers = replace(pem, space=_subspace(space, samples), base=(), lod_bias=LOD_BIASES["none"], most_hits=0)
     plans = {f"single-{short}": plan for short, plan in static.items()}
@@ -309,6 +328,8 @@ def _rivals(
         shown = static_texels(pem.scene, static[short], probes, space.camera(samples[0]))
         maps_shown = [_env_maps(static[short], shown)]
         yield f"static-{short}", replace(papers, space=one, layers=static[short], maps=maps_shown)
+    if any(map(is_rough, pem.scene.parts)):
+        yield "mirror", as_if_smooth(pem, variant)
 
 
 def _env_maps(plan: Sequence[Layer], texels: Sequence[Float32[np.ndarray, "_ _"]]) -> tuple[EnvMap, ...]:

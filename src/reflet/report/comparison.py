@@ -22,6 +22,8 @@ METHODS = {
     "single-box": "single-layer PEM, box",
     "static-infinite": "static map, infinite",
     "static-box": "static map, box",
+    "engine": "engine, static box",
+    "mirror": "as mirrors, traced",
 }
 PLACES = {
     "sample": "at a sample",

@@ -33,8 +33,8 @@ class GlossyLobe:
         self.mirrored, bends = mirrored(towards, n, ng)
         self.normal = dr.select(bends, dr.normalize(towards + self.mirrored), n)
         self.smooth = dr.square(perceptual_roughness) < LEAST_ALPHA
-        self._alpha = dr.clip(dr.square(perceptual_roughness), LEAST_ALPHA, 1.0)
-        self._distribution = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self._alpha, True)
+        self.alpha = dr.clip(dr.square(perceptual_roughness), LEAST_ALPHA, 1.0)
+        self._distribution = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.alpha, True)
         self._frame = mi.Frame3f(self.normal)
         self._view = self._frame.to_local(towards)
         self.n_dot_v = dr.clip(self._view.z, 1e-5, 1.0)
@@ -60,7 +60,7 @@ class GlossyLobe:
         light = self._frame.to_local(direction)
         h = dr.normalize(self._view + light)
         v_dot_h = dr.clip(dr.dot(self._view, h), 0.0, 1.0)
-        square, n_dot_l = dr.square(self._alpha), dr.maximum(light.z, 0.0)
+        square, n_dot_l = dr.square(self.alpha), dr.maximum(light.z, 0.0)
         masking = n_dot_l * dr.sqrt(square + (1.0 - square) * dr.square(self.n_dot_v))
         shadowing = self.n_dot_v * dr.sqrt(square + (1.0 - square) * dr.square(n_dot_l))
         shape = self._distribution.eval(h) * 0.5 / dr.maximum(masking + shadowing, 1e-12) * n_dot_l

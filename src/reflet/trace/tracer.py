@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 from jaxtyping import Float32
 
+from reflet.reflectance.prefilter.split_sum_map import SplitSumMap
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
@@ -12,6 +13,7 @@ from reflet.trace.device_scene import DeviceScene
 from reflet.trace.layers import Shells, StaticProbe, TracedView
 from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.probe import shell_distances, static_probe
+from reflet.trace.references.split_sum import split_sum_view
 from reflet.trace.segmentation import segmented_layers
 from reflet.trace.variant import use_variant
 from reflet.trace.visible import visible_samples
@@ -61,6 +63,12 @@ class Tracer:
             layers=segmented_layers(self._device, camera, spp, seed, surroundings, shells),
             visibility=visible_samples(self._device, camera, sample_count),
         )
+
+    def split_sum(
+        self, camera: Camera, lights: Sequence[SplitSumMap], *, sample_count: int = 16
+    ) -> Float32[np.ndarray, "height width 3"]:
+        """The objects as real-time engines would show them: `split_sum_view`."""
+        return split_sum_view(self._device, camera, lights, sample_count)
 
     def probe(self, object_index: int, shells: Shells, *, size: int = 256, spp: int = 16) -> StaticProbe:
         """The environment from the shells' origin with one object, or all, taken away, ``spp`` rays a finest texel."""
