@@ -219,10 +219,12 @@ def test_viewpoints_that_see_nothing_ask_for_nothing(tmp_path: Path) -> None:
 
 def test_a_scene_without_light_is_baked(tmp_path: Path) -> None:
     """All differences are zero: what statistics say of them is still a number."""
-    scene = Scene(under_the_sky().parts, under_the_sky().objects)
-    pem = small_bake(scene, tmp_path / "pem", orbit(1))
+    lit = in_a_room()
+    dark = [replace(part, material=replace(part.material, emission=(0.0, 0.0, 0.0))) for part in lit.parts]
+    pem = small_bake(Scene(tuple(dark), lit.objects), tmp_path / "pem", orbit(1))
     assert not any(env_map.texels.any() for env_map in pem.base)
-    assert [trial["psnr"] for trial in pem.statistics["distant"][0]["trials"]] == [99.0] * 2
+    psnr = [trial["psnr"] for trial in pem.statistics["distant"][0]["trials"]]
+    assert len(psnr) > 2 and set(psnr) == {99.0}
 
 
 def test_objects_have_shells_of_their_own(tmp_path: Path) -> None:

@@ -38,8 +38,7 @@ def choice(scene: Scene, distant: str = AUTO, shells: int | None = None, views: 
 def test_the_sky_alone_is_infinitely_far_and_costs_no_search() -> None:
     chosen = choice(under_the_sky())
     assert (chosen.kinds, chosen.shells.ends) == (("infinite_sphere",), ())
-    assert {trial.kinds for trial in chosen.trials} == {("infinite_sphere",), ("hemisphere",)}  # each once
-    assert all(trial.fetches == 1 for trial in chosen.trials)
+    assert not chosen.trials  # of a hemisphere either, which some picture may seem to speak for
 
 
 def test_a_room_is_its_box() -> None:

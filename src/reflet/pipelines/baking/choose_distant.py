@@ -14,6 +14,7 @@ from jaxtyping import Float32
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import KINDS, SHAPES, Geometry
 from reflet.envmap.relief import FETCHES, Relief
+from reflet.envmap.shapes import InfiniteSphere
 from reflet.errors import RefletError
 from reflet.infer.depth_gap import depth_gaps
 from reflet.infer.fit_geometry import em_origin
@@ -44,7 +45,8 @@ class Trial:
 
 @dataclass(frozen=True)
 class DistantChoice:
-    """How an object's distant surroundings are shown, and the trials that say why (none where it was asked for).
+    """How an object's distant surroundings are shown, and the trials that say why (none where it was asked for, or
+    nothing is near).
 
     ``probe`` is the static env map of the trials, of `PROBE_SPP` rays a texel.
     """
@@ -66,8 +68,9 @@ def choose_distant(
     """The choice for every object, by the `trial_views` of a space.
 
     ``distant`` is "auto", or the kind of geometry to take; "auto" and "relief" leave the number of shells open unless
-    ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells. All is
-    as `check_choice` allows.
+    ``shell_count`` says it. Where surroundings have fewer gaps in depth than asked for, there are fewer shells; where
+    all is infinitely far nothing is tried: by chance a hemisphere may look better, whose floor is not there. All is as
+    `check_choice` allows.
     """
     count = len(tracer.scene.objects)
     origins = [em_origin(tracer.scene, item.parts) for item in tracer.scene.objects]
@@ -78,6 +81,9 @@ def choose_distant(
     for number, origin in enumerate(origins):
         progress("choose shells", number, count)
         distance = tracer.distances(number, Shells(origin), size=map_size)[0]
+        if distant == AUTO and not np.isfinite(distance).any():
+            choices.append(DistantChoice(Shells(origin), (InfiniteSphere.kind,)))
+            continue
         most = MOST_SHELLS if shell_count is None else shell_count
         gaps = depth_gaps(distance, reach(tracer.scene, number, origin), most - 1)
         fewest = 0 if shell_count is None else len(gaps)

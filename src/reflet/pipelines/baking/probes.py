@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Float32
 
+from reflet.envmap.lod import roughness_of_level
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.sampling import valid_texels
@@ -13,13 +14,14 @@ from reflet.infer.prior import lobe_levels, prior_texels
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
-from reflet.scene.roughness import least_roughness
+from reflet.scene.roughness import is_rough, least_roughness
 from reflet.scene.scene import Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
 from reflet.trace.tracer import Tracer
 
 PROBE_SPP = 16  # more show nothing: pictures average many texels
+_FINE = 2  # the level that the least lobes to filter for read: they are interpolated with the one that is finer
 STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: finer lookups show more of them
 
 
@@ -78,8 +80,15 @@ def static_texels(
 def seen_by(
     scene: Scene, parts: Sequence[int], probe: StaticProbe, shell: int
 ) -> Float32[np.ndarray, "texels channels"]:
-    """A shell of a probe as some parts look it up: its levels filtered by their lobes, where all of them are rough."""
-    return lobe_levels(probe.chain, probe.shells[shell].texels, least_roughness([scene.parts[p] for p in parts]))
+    """A shell of a probe as some parts look it up: its levels filtered by their lobes, where any of them is rough.
+
+    Where others mirror, or are smooth here and there, level 0 stays as it is for them, and nearly all that they read.
+    """
+    texels, looking = probe.shells[shell].texels, [scene.parts[p] for p in parts]
+    if not any(map(is_rough, looking)):
+        return texels
+    fine = roughness_of_level(_FINE, probe.chain.size)
+    return lobe_levels(probe.chain, texels, max(least_roughness(looking), fine))
 
 
 def shells_of(scene: Scene, layers: Sequence[Layer]) -> list[Shells]:
