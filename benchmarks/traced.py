@@ -1,6 +1,6 @@
 """Mirrors that trace their own mesh beside the paper's layers, on any model and on two that see themselves a lot.
 
-    python benchmarks/traced.py chain|knot|MODEL FOLDER [--environment HDR] [--azimuth 150] [--f0 0.9] [--samples 16] …
+    python benchmarks/traced.py chain|knot|MODEL FOLDER [--environment HDR] [--azimuth A] [--f0 0.9] [--roughness 0.3] …
 
 Bakes the scene by default options into FOLDER (and goes on with a bake that is there) and prints the display PSNR of
 what the bake plays, of static shells traced, and of the paper's layers inferred for the same viewpoints, at the
@@ -12,6 +12,7 @@ import argparse
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -90,6 +91,7 @@ def main() -> None:
     parser.add_argument("--reflect", action="append", default=[])
     parser.add_argument("--azimuth", type=float)
     parser.add_argument("--f0", type=float)
+    parser.add_argument("--roughness", type=float, help="of all that reflects")
     parser.add_argument("--image-size", type=int, default=512)
     parser.add_argument("--em-size", type=int, default=256)
     parser.add_argument("--samples", default="16")
@@ -104,7 +106,9 @@ def main() -> None:
     else:
         scene = load_scene(asked.scene, environment=asked.environment, reflect=asked.reflect)
     if asked.f0 is not None:
-        scene = replace(scene, parts=tuple(_with_f0(part, asked.f0) for part in scene.parts))
+        scene = _with(scene, base_color=(asked.f0,) * 3)
+    if asked.roughness is not None:
+        scene = _with(scene, perceptual_roughness=asked.roughness)
     orbit = replace(frame_orbit(scene, azimuth_deg=asked.azimuth), image_size=asked.image_size)
     begun = time.perf_counter()
     resume = asked.folder.exists()
@@ -123,8 +127,10 @@ def main() -> None:
             print(f"{METHODS[method]:28}" + "".join(f"{value:17.2f}" for value in values), flush=True)
 
 
-def _with_f0(part: Part, f0: float) -> Part:
-    return replace(part, material=replace(part.material, base_color=(f0, f0, f0))) if part.reflective else part
+def _with(scene: Scene, **changes: Any) -> Scene:
+    """All that reflects of a changed material."""
+    parts = (replace(it, material=replace(it.material, **changes)) if it.reflective else it for it in scene.parts)
+    return replace(scene, parts=tuple(parts))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@ Two touching mirror balls hang in a textured room with a bright ceiling. The map
 inferred ones; they differ from sample to sample and from level to level, so that any mix-up shows.
 """
 
+from dataclasses import fields, is_dataclass
+
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
@@ -155,3 +157,14 @@ def _map(layer: Layer, view: int) -> EnvMap:
             colour = np.concatenate([alpha * colour, alpha], 1)
         levels.append(colour)
     return EnvMap(chain, np.concatenate(levels).astype(np.float32), layer.geometry)
+
+
+def same(a, b) -> bool:
+    """Exact equality through records, tuples and arrays."""
+    if is_dataclass(a):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a) if f.compare)
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and np.array_equal(a, b)
+    return bool(a == b)

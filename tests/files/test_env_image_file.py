@@ -134,24 +134,6 @@ def test_half_exr(tmp_path):
     np.testing.assert_array_equal(read_env_image(tmp_path / "map.exr").texels, image.texels.astype(np.float16))
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".ktx2", ".ktx", ".dds"])
-def test_alpha_is_kept(tmp_path, suffix):
-    image = random_image(LATLONG, channels=4)
-    write_env_image(tmp_path / f"map{suffix}", [image])
-    read = read_env_image(tmp_path / f"map{suffix}").texels
-    np.testing.assert_allclose(read, image.texels, rtol=0, atol=STEP[suffix])
-    image.texels[..., 3] = 1.0  # says nothing
-    write_env_image(tmp_path / f"map{suffix}", [image])
-    assert read_env_image(tmp_path / f"map{suffix}").texels.shape[3] == 3
-
-
-def test_png_alpha_is_straight_and_ours_premultiplied(tmp_path):
-    image = EnvImage(LATLONG, np.full((1, 2, 4, 4), (0.5, 0.25, 0.0, 0.5), np.float32))
-    write_env_image(tmp_path / "map.png", [image])
-    # one code of alpha, and of color, in 255
-    np.testing.assert_allclose(read_env_image(tmp_path / "map.png").texels, image.texels, rtol=0, atol=1 / 255)
-
-
 def test_a_layer_is_read_by_its_name(tmp_path):
     channels = {f"{name}.{c}": np.full((4, 8), k, np.float32) for k, name in enumerate(("sky", "sun")) for c in "RGB"}
     with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels) as file:
@@ -275,26 +257,6 @@ def test_six_square_layers_are_a_cube(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # nothing is in doubt where it was said
         assert read_env_image(tmp_path / "map.ktx2", CUBE).parameterization == CUBE
-
-
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".ktx2", ".dds"])
-def test_an_alpha_that_hides_everything_is_not_meant(tmp_path, suffix):
-    """Tools that know no alpha leave it 0: the light would be lost, silently where alpha is straight."""
-    image = random_image(LATLONG, channels=4)
-    image.texels[..., 3] = 0.0
-    path = tmp_path / f"map{suffix}"
-    if suffix == ".png":
-        write_png(path, np.full((4, 8, 4), (255, 255, 255, 0), np.uint8))
-        image = EnvImage(LATLONG, np.ones((1, 4, 8, 4), np.float32))
-    else:
-        write_env_image(path, [image])
-    in_8_bits = pytest.warns(RefletWarning, match="holds no radiance above 1: 100 %")
-    with (
-        pytest.warns(RefletWarning, match="has an alpha of 0 everywhere, which is left out; its colours are kept"),
-        in_8_bits if suffix == ".png" else nullcontext(),
-    ):
-        read = read_env_image(path)
-    np.testing.assert_allclose(read.texels, image.texels[..., :3], rtol=0, atol=STEP[suffix])
 
 
 @pytest.mark.parametrize("laid_out", [LATLONG, CUBE], ids=str)

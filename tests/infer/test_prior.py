@@ -69,7 +69,7 @@ def test_the_roughness_of_a_level_is_looked_up_there() -> None:
     for level, size in ((0, 128), (2, 64), (4, 128)):
         texel = 0.5 * np.pi * 2**level / size
         assert np.arcsin(lobe_spread(roughness_of_level(level, size))) == pytest.approx(texel, rel=1e-9)
-    assert np.arcsin(lobe_spread(1.0)) == pytest.approx(0.5)
+    assert np.arcsin(lobe_spread(1.0)) == pytest.approx(1.0)
     assert lobe_spread(0.0) == 0.0
 
 
@@ -88,7 +88,7 @@ def test_levels_are_filtered_for_the_lobes_that_read_them() -> None:
     np.testing.assert_array_equal(chain.level(found, 3), wanted.texels)
 
 
-@pytest.mark.parametrize(("roughness", "least"), [(0.3, 32.0), (0.8, 39.0)])
+@pytest.mark.parametrize(("roughness", "least"), [(0.3, 35.0), (0.5, 36.0), (0.8, 42.0)])
 def test_a_rough_sphere_shows_what_its_lobe_sees(roughness: float, least: float) -> None:
     """Beside the sum over all of the panorama in float64. Levels by box filters are 11 dB worse."""
     chain = MipChain(128)

@@ -19,6 +19,7 @@ from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.readers.gltf.read import read_gltf
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
 
 EXTENT = 1.26  # of the two balls together
 STEP = 2.0**-16  # of their grid: the power of two below EXTENT/2¹⁶
@@ -59,8 +60,22 @@ def lit_pem(**options):
     colours = light(positions) * np.where(backs, 0.5, 1.0)[:, None].astype(np.float32)
     corners = corners_of(pem.scene, np.arange(count, dtype=np.uint32))
     return replace(
-        pem, irradiance=replace(empty, radiosity=colours), on_hull=corners.mean(axis=1)[:, 0] > 1e-3, most_hits=4
+        pem,
+        irradiance=replace(empty, radiosity=colours),
+        on_hull=corners.mean(axis=1)[:, 0] > 1e-3,
+        most_hits=4,
+        surface=SurfaceLayer(
+            empty.resolution, empty.offset, np.arange(len(colours))[::-1].astype(np.uint32), maps(colours)
+        ),
     )
+
+
+def maps(colours):
+    """A site for each mesh colour, in the opposite order: radiance of either sign that tells which, and alpha."""
+    signs = np.where(np.arange(SIDE * SIDE) % 2, 1.0, -1.0)[:, None]
+    light = colours[::-1, None] * signs * np.linspace(0.5, 1.0, SIDE * SIDE)[:, None]
+    alpha = np.broadcast_to(np.linspace(-1.0, 1.0, SIDE * SIDE), light.shape[:2])[..., None]
+    return np.concatenate([light, alpha], -1).astype(np.float16)
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +120,20 @@ def test_irradiance_follows_its_triangles(pem, stored):
     assert np.abs(relative).max() < 1 / 128 + 1e-3
     assert np.sort(back.irradiance.resolution).tolist() == np.sort(pem.irradiance.resolution).tolist()
     assert backs.any() and np.isfinite(positions).all()  # every colour has its place
+
+
+def test_maps_on_surfaces_follow_their_triangles(pem, stored):
+    """As irradiance does. Half a step of the logarithm is 1/32, near 0 of the mean magnitude, half floats and positions
+    add a little; of alpha it is 1/256. Sites are numbered as they come."""
+    back = open_pem(stored)
+    positions, backs = sample_positions(back.scene, back.irradiance)
+    found = back.surface.light[back.surface.site].astype(float)
+    expected = maps(light(positions) * np.where(backs, 0.5, 1.0)[:, None].astype(np.float32))[::-1].astype(float)
+    mean = np.abs(pem.surface.light[..., :3].astype(float)).mean()
+    assert (np.abs(found - expected)[..., :3] < (np.abs(expected[..., :3]) + mean) / 30).all()
+    assert np.abs(found - expected)[..., 3].max() < 1 / 255
+    assert back.surface.site[0] == 0 and np.diff(np.maximum.accumulate(back.surface.site.astype(int))).max() == 1
+    assert len(back.surface.light) == len(pem.surface.light)
 
 
 def test_dark_stays_dark_and_lamps_keep_their_light(tmp_path, pem):

@@ -1,26 +1,24 @@
 """A PEM's folder: it comes back as it was, opens elsewhere, survives being killed, refuses what it does not know."""
 
 import json
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
-from small_pem import small_pem
+from small_pem import same, small_pem
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
 from reflet.envmap.shapes import FAR_AWAY
-from reflet.errors import RefletError, RefletWarning
+from reflet.errors import RefletError
 from reflet.files.textures.ktx2 import HALF_MAX
 from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import PemWriter, open_pem, save_pem
 from reflet.pem.geometry_json import geometry_from_json, geometry_to_json
 from reflet.report.table import pem_table
 from reflet.scene.bvh.build import build_bvh
-from reflet.scene.material import Material, Refraction, Texture
-from reflet.scene.readers.gltf.read import read_gltf
 
 save_plain = partial(save_pem, codec="none")  # where every number comes back; test_compact.py: what is coded
 
@@ -38,17 +36,6 @@ def folder(tmp_path, pem):
     return tmp_path / "pem"
 
 
-def same(a, b) -> bool:
-    """Exact equality through records, tuples and arrays."""
-    if is_dataclass(a):
-        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a) if f.compare)
-    if isinstance(a, tuple):
-        return len(a) == len(b) and all(map(same, a, b))
-    if isinstance(a, np.ndarray):
-        return a.dtype == b.dtype and np.array_equal(a, b)
-    return bool(a == b)
-
-
 @pytest.mark.parametrize("with_environment", [True, False])
 def test_everything_comes_back(tmp_path, with_environment):
     pem = small_pem(with_environment=with_environment)
@@ -56,54 +43,6 @@ def test_everything_comes_back(tmp_path, with_environment):
     back = open_pem(tmp_path / "pem")
     for name in ("scene", "irradiance", "space", "layers", "on_hull", "lod_bias", "sample_count", "statistics"):
         assert same(getattr(pem, name), getattr(back, name)), name
-
-
-def test_glass_comes_back(tmp_path, pem):
-    """Its powers of two and what is not: nothing is rounded; and as any other glTF reader sees it."""
-    kinds = (
-        Refraction(index=1.33, attenuation_color=(0.1, 0.7, 0.9), attenuation_distance=0.3),
-        Refraction(index=2.4, transmission=0.7, thin=True),
-    )
-    ball, knob, *rest = pem.scene.parts
-    glass = [Material("glass", (0.9, 1.0, 0.8), 0.0, 0.0, emission=(0, 3.0, 0), refraction=kind) for kind in kinds]
-    parts = (replace(ball, material=glass[0]), replace(knob, material=glass[1]), *rest)
-    scene = replace(pem.scene, parts=parts)
-    save_plain(tmp_path / "pem", replace(pem, scene=scene))
-    assert same(scene, open_pem(tmp_path / "pem").scene)
-    read = read_gltf(tmp_path / "pem" / "scene.gltf")
-    assert [part.material.refraction for part in read][:2] == list(kinds)
-    document = json.loads((tmp_path / "pem" / "scene.gltf").read_text())
-    assert {"KHR_materials_emissive_strength", "KHR_materials_volume"} < set(document["extensionsUsed"])
-
-
-def test_looks_come_back(tmp_path, pem):
-    """Colours of vertices, further texture coordinates, and pictures that wrap: here, and as glTF readers see it."""
-    ball, *rest = pem.scene.parts
-    random = np.random.default_rng(2)
-    count = len(ball.mesh.positions)
-    colors, uv, second, third = (random.uniform(0, 1, (count, width)).astype(np.float32) for width in (4, 2, 2, 2))
-    pixels = random.integers(0, 255, (2, 3, 4)).astype(np.uint8)
-    texture = Texture(pixels, ("mirror", "clamp"))
-    material = replace(
-        ball.material, base_color_texture_srgb=texture, emission=(1.0, 1.0, 1.0), alpha=0.7, alpha_mode="mask",
-        alpha_cutoff=0.3, ior=1.7, specular=0.6, specular_color=(0.5, 1.0, 1.5), clearcoat=0.8, clearcoat_roughness=0.2,
-        metallic_roughness_texture=replace(texture, coordinates=2),
-        emission_texture_srgb=replace(texture, wraps=("clamp", "repeat"), coordinates=1),
-    )  # fmt: skip
-    ball = replace(ball, mesh=replace(ball.mesh, uv=uv, colors=colors, more_uv=(second, third)), material=material)
-    knob, *others = rest
-    knob = replace(knob, material=replace(knob.material, alpha=0.2, alpha_mode="blend", unlit=True))
-    scene = replace(pem.scene, parts=(ball, knob, *others))
-    save_plain(tmp_path / "pem", replace(pem, scene=scene))
-    assert same(scene, open_pem(tmp_path / "pem").scene)
-    with pytest.warns(RefletWarning, match="coats are left out"):
-        read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
-    assert same(read.mesh.colors, colors)
-    for name, written in material.textures.items():
-        if written is not None:
-            shown = read.material.textures[name]
-            assert shown.wraps == written.wraps
-            assert same(read.mesh.uv_set(shown.coordinates), ball.mesh.uv_set(written.coordinates))
 
 
 def test_the_tree_comes_back(tmp_path, pem):

@@ -1,11 +1,13 @@
 """Rough parts in files: the table of their lobes, and what it means where it is missing."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from small_pem import small_pem
+from surface_layers import random_surface
 
 from reflet.errors import RefletError
 from reflet.pem.reader import open_pem
@@ -18,6 +20,42 @@ EXTENSION = "REFLET_parameterized_environment_map"
 def saved(folder: Path, codec: str = "none") -> dict:
     save_pem(folder, small_pem(views=1), codec=codec)
     return json.loads((folder / "scene.gltf").read_bytes())
+
+
+@pytest.mark.parametrize("codec", ["none", "av1"])
+def test_maps_on_surfaces_are_kept(tmp_path: Path, codec: str) -> None:
+    pem = small_pem(views=1)
+    surface = random_surface(pem.scene, (1,))
+    save_pem(tmp_path / "pem", replace(pem, surface=surface), codec=codec)
+    back = open_pem(tmp_path / "pem").surface
+    assert back is not None and back.light.dtype == np.float16 and open_pem(tmp_path / "pem").scene is not None
+    if codec == "none":
+        for name, value in vars(surface).items():
+            np.testing.assert_array_equal(value, getattr(back, name))
+    assert np.sort(back.resolution).tolist() == np.sort(surface.resolution).tolist()
+    save_pem(tmp_path / "without", pem, codec=codec)
+    assert open_pem(tmp_path / "without").surface is None
+
+
+@pytest.mark.parametrize("change", ["side", "shape", "resolution", "site"])
+def test_maps_that_do_not_belong_to_the_scene_are_damage(tmp_path: Path, change: str) -> None:
+    pem = small_pem(views=1)
+    surface = random_surface(pem.scene, (1,))
+    if change == "resolution":
+        surface = replace(surface, resolution=surface.resolution + np.uint32(1))
+    if change == "site":
+        surface = replace(surface, site=surface.site + np.uint32(50))
+    save_pem(tmp_path / "pem", replace(pem, surface=surface), codec="none")
+    path = tmp_path / "pem" / "scene.gltf"
+    document = json.loads(path.read_text())
+    stored = document["extensions"][EXTENSION]["surface"]
+    if change == "side":
+        stored["side"] = 4
+    if change == "shape":
+        stored["light"]["shape"][1:] = [32, 8]
+    path.write_text(json.dumps(document))
+    with pytest.raises(RefletError, match="damaged"):
+        open_pem(tmp_path / "pem")
 
 
 def test_the_table_is_written_where_a_part_is_rough(tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
 """Small scenes and PEMs for the renderer's tests, made by hand."""
 
 from collections.abc import Callable
-from typing import Literal
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
@@ -127,3 +129,19 @@ def mirror_torus_pem(size: int = 32, samples: int = 1, image_size: int = 64, **o
     scene = scene_of(Part("torus", torus(), MIRROR, True))
     maps = [random_map(size, 3, InfiniteSphere(), seed) for seed in range(samples)]
     return pem_of(scene, maps, image_size=image_size, **options)
+
+
+SKY = (0.7, 0.5, 0.3)
+
+
+def flat_sky(d: np.ndarray) -> np.ndarray:
+    return np.broadcast_to(np.float32(SKY), d.shape)
+
+
+def traced_pem(
+    *parts: Part, hits: int = 5, sky: Callable = flat_sky, size: int = 8, **options: Any
+) -> ParameterizedEnvironmentMap:
+    """All parts one object under a sky at infinity."""
+    scene = Scene(parts, (ReflectiveObject("object", tuple(range(len(parts)))),))
+    pem = pem_of(scene, [analytic_map(size, sky, InfiniteSphere())], on_hull=hull_triangles(scene), **options)
+    return replace(pem, most_hits=hits)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import MIRROR, mesh, quad, sphere
-from test_traced import camera, flat_sky, moved, traced_pem
+from scenes import MIRROR, flat_sky, mesh, quad, sphere, traced_pem
+from test_traced import camera, moved
 
 from reflet.reflectance.brdfs.fresnel import fresnel_dielectric
 from reflet.render.playback.renderer import Renderer

@@ -1,20 +1,17 @@
 """Mirrors that see themselves, beside Mitsuba and closed forms."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
-from scenes import MIRROR, analytic_map, mesh, pem_of, quad, sphere, torus
+from scenes import MIRROR, SKY, analytic_map, flat_sky, mesh, pem_of, quad, sphere, torus, traced_pem
 
 from reflet.envmap.geometry import InfiniteSphere
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.render.playback.layouts import Shown
 from reflet.render.playback.renderer import Renderer
 from reflet.render.playback.visibility import rasterized_visibility
-from reflet.report.measures import display_psnr
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import corners_of
 from reflet.scene.bvh.closest_hit import closest_hits
@@ -29,19 +26,6 @@ from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.views.camera import Camera
 from reflet.shaders.link import link
 from reflet.trace.followed import RayFollower
-
-SKY = (0.7, 0.5, 0.3)
-
-
-def flat_sky(d: np.ndarray) -> np.ndarray:
-    return np.broadcast_to(np.float32(SKY), d.shape)
-
-
-def traced_pem(*parts: Part, hits: int = 5, sky: Callable = flat_sky, size: int = 8, **options: Any):
-    """All parts one object under a sky at infinity."""
-    scene = Scene(parts, (ReflectiveObject("object", tuple(range(len(parts)))),))
-    pem = pem_of(scene, [analytic_map(size, sky, InfiniteSphere())], on_hull=hull_triangles(scene), **options)
-    return replace(pem, most_hits=hits)
 
 
 def camera(position: tuple[float, float, float], target: tuple[float, float, float], size: int = 64) -> Camera:
@@ -375,34 +359,3 @@ def test_more_samples_see_finer_levels() -> None:
     pem = replace(traced_pem(Part("torus", torus(), MIRROR, True)), sample_count=16, lod_bias=-3.0)
     assert [pem.lod_bias_at(samples) for samples in (1, 4, 16, 64, 256)] == [-1.0, -2.0, -3.0, -4.0, -4.0]
     assert [replace(pem, most_hits=0).lod_bias_at(samples) for samples in (4, 64)] == [-3.0, -3.0]
-
-
-def test_what_is_met_is_orange_and_what_is_not_is_blue() -> None:
-    """Of grey mirrors, in a picture by origin: as bright as it is, but for what the colours' luminance is off."""
-    pem = traced_pem(Part("torus", torus(), MIRROR, True))
-    view, luminance = pem.space.orbit.camera({"azimuth_deg": 60.5}), np.array([0.2126, 0.7152, 0.0722])
-    renderer = Renderer(pem)
-    plain, told = (renderer.frame(view, samples=1, what="object", by_origin=asked) for asked in (False, True))
-    met = renderer.met_triangles(view, 1, 0)[..., 0] > 0
-    for where, colour in ((met, (2.4, 0.65, 0.1)), (~met, (0.35, 1.0, 2.6))):
-        seen = where & (plain[..., 3] == 1.0) & (plain[..., 1] > 0.0)  # backs are black
-        assert seen.sum() > 50
-        shares = told[seen, :3] / (told[seen, :3] @ luminance)[:, None]
-        np.testing.assert_allclose(
-            shares, np.tile(colour / (colour @ luminance), (seen.sum(), 1)), rtol=1e-4
-        )  # float32
-        np.testing.assert_allclose(told[seen, :3] @ luminance, plain[seen, :3] @ luminance, rtol=0.05)
-
-
-def test_multi_sampled_pictures_trace_too() -> None:
-    """As in motion, interpolated by the rasterizer."""
-    pem = traced_pem(Part("torus", torus(), MIRROR, True))
-    view, renderer = pem.space.orbit.camera({"azimuth_deg": 60.5}), Renderer(pem)
-    exact = renderer.frame(view, samples=4, what="object")
-    fast = renderer.frame(view, samples=4, what="object", multisampled=True, exact=False)
-    untraced = renderer.frame(view, samples=4, what="object", layers=("fresnel", "distant"))
-    covered = exact[..., 3] > 0.5
-    # Measured: 53 dB, where drivers interpolate differently a few silhouettes. 23 where rays start off their triangle's
-    # plane and meet its back; 32 untraced.
-    assert display_psnr(exact[..., :3], fast[..., :3], covered) > 45
-    assert display_psnr(exact[..., :3], untraced[..., :3], covered) < 35

@@ -34,10 +34,21 @@ def test_metals_reflect_and_the_rest_does_as_far_as_it_is_smooth():
     satin = replace(PAINT, perceptual_roughness=0.25)
     materials = {"mirror": MIRROR, "matt": Material(), "varnish": varnish, "satin": satin, "paint": PAINT}
     parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate(materials.items())]
-    scene = assemble(parts, environment=SKY)  # without a warning: each by its own lobe
-    assert [part.reflective for part in scene.parts] == [True, True, True, False, False]
+    lamp = Part("lamp", cube((0, 9.0, 0)), Material(metallic=0.0, emission=(1.0, 1.0, 1.0)))
+    scene = assemble([*parts, lamp])  # without a warning: each by its own lobe
+    assert [part.reflective for part in scene.parts] == [True, True, True, False, False, False]
     assert [part.material.perceptual_roughness for part in scene.parts[:3]] == [0.0, 1.0, 0.2]
-    assert scene.object_of_part == (0, 1, 2, -1, -1)
+    assert scene.object_of_part == (0, 1, 2, -1, -1, -1)
+
+
+def test_under_an_environment_satin_reflects_and_if_nothing_else_does_all_there_is():
+    satin, cloth = (replace(PAINT, perceptual_roughness=roughness) for roughness in (0.8, 0.9))
+    lamp = replace(cloth, emission=(1.0, 1.0, 1.0), unlit=True)
+    parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate({"a": satin, "b": cloth, "c": lamp}.items())]
+    for some, reflects in ((parts, [True, False, False]), (parts[1:], [True, False])):
+        assert [part.reflective for part in assemble(some, environment=SKY).parts] == reflects
+    with pytest.raises(RefletError, match="all are unlit; choose with --reflect NAME from c"):
+        assemble(parts[2:], environment=SKY)
 
 
 def test_glass_reflects_and_rough_glass_is_said_to_be_clear():
@@ -56,8 +67,6 @@ def test_names_are_forced_whatever_their_case_and_with_stars():
     assert [part.reflective for part in scene.parts] == [True, True, False]
     with pytest.raises(RefletError, match="No part is named lamp; --reflect can name Vase left, Vase right, Table"):
         assemble(parts, environment=SKY, reflect=["lamp"])
-    with pytest.raises(RefletError, match="--reflect NAME from Vase left"):
-        assemble(parts, environment=SKY)
 
 
 def test_names_become_unique():

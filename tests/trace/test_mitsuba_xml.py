@@ -137,7 +137,10 @@ def test_environment_is_turned_to_the_projects_convention(tmp_path: Path) -> Non
         ('<scene version="3.0.0"><shape type="hair"/></scene>', "hair0 is of type hair"),
         ('<scene version="3.0.0"><shape type="ply"><string name="filename" value="no.ply"/></shape></scene>', "no.ply"),
         ('<scene version="3.0.0"><shape type="cube"><bsdf type="hair"/></shape></scene>', "BSDF hair of cube0"),
-        ('<scene version="3.0.0"><shape type="cube"/><emitter type="point"/></scene>', "No part reflects"),
+        (
+            '<scene version="3.0.0"><shape type="cube"/><emitter type="point"/></scene>',
+            "Nothing in the scene",
+        ),
         (
             '<scene version="3.0.0"><shape type="cube"><float name="maxAngle" value="3"/></shape></scene>',
             "max_?[aA]ngle",

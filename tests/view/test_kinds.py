@@ -13,6 +13,7 @@ import pytest
 from browser import drive, need_built_viewer
 from frames import browser_frame, drawn_frames, srgb, srgb_display, texels_on_screen
 from small_pem import small_pem
+from surface_layers import random_surface
 
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.relief import Relief
@@ -73,8 +74,8 @@ def relief_pem():
 def traced_pem():
     """The small PEM, its balls painted, rays traced from one to the other, and to the lamp: it hangs low enough to be a
     companion, with textures of which only its colour may count. Vertices have colours and further texture coordinates,
-    and textures wrap in all ways; dielectrics reflect by their own index. No holes: programs that trace rays through
-    them are more than Chromium's software rasterizer compiles; tests/render/test_drawn_holes.py draws them."""
+    and textures wrap in all ways; the ball is rough here and there and has maps of local light; the lamp has holes, the
+    room is blended, dielectrics reflect by their own index."""
     pem = small_pem()
 
     def picture(seed, *size):
@@ -87,21 +88,22 @@ def traced_pem():
         ball.material, metallic=0.9,
         base_color_texture_srgb=replace(picture(1, 5, 9), wraps=("mirror", "repeat"), coordinates=2),
         metallic_roughness_texture=replace(picture(2, 4, 4), wraps=CLAMPS, coordinates=1), emission=(0.1, 0.2, 0.0),
+        perceptual_roughness=0.4,
     )  # fmt: skip
     shining = replace(knob.material, emission=(0.5, 0.1, 0.1), emission_texture_srgb=picture(3, 3, 2))
     low = replace(lamp.mesh, positions=lamp.mesh.positions * np.float32(0.6))
-    dull = replace(painted, metallic=1.0, double_sided=True)
+    dull = replace(painted, metallic=1.0, double_sided=True, alpha_mode="mask", alpha_cutoff=0.7)
     painted = replace(painted, ior=1.8, specular=0.7, specular_color=(1.0, 0.5, 0.2))
     tiled = replace(room.material.base_color_texture_srgb, wraps=("clamp", "mirror"), coordinates=1)
     parts = (
         Part("ball", dressed(ball.mesh), painted, True),
         replace(knob, mesh=dressed(knob.mesh), material=shining),
-        Part("room", dressed(room.mesh), replace(room.material, base_color_texture_srgb=tiled)),
+        Part("room", dressed(room.mesh), replace(room.material, base_color_texture_srgb=tiled, alpha_mode="blend")),
         Part("lamp", dressed(low), dull),
     )
     out = replace(pem, scene=replace(pem.scene, parts=parts), most_hits=5)
     assert out.companions == (3,)
-    return out
+    return replace(out, surface=random_surface(out.scene, (0,)))
 
 
 def dressed(mesh):
@@ -120,7 +122,7 @@ def glass_pem():
     glass = replace(ball.material, refraction=green, emission=(0.0, 0.0, 0.0))
     bubble = replace(knob.material, emission=(0.0, 0.0, 0.0), refraction=Refraction(1.6, thin=True))
     parts = (replace(ball, material=glass), replace(knob, material=bubble), *rest)
-    return replace(pem, scene=replace(pem.scene, parts=parts))
+    return replace(pem, scene=replace(pem.scene, parts=parts), surface=None)
 
 
 def pem_of(name):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from small_pem import small_pem
+from surface_layers import random_surface
 
 from reflet.envmap.geometry import Box, Ellipsoid, Hemisphere, InfiniteSphere, Sphere, pack
 from reflet.envmap.relief import Relief
@@ -272,7 +273,9 @@ def test_the_lock_names_no_registry():
 def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
     """Coded and plain: meshes, hull flags and the tree bit by bit, irradiance to a rounding of its exponential."""
     for codec in ("av1", "none"):
-        save_pem(tmp_path / codec, replace(small_pem(shells=2, with_environment=False), most_hits=4), codec=codec)
+        pem = small_pem(shells=2, with_environment=False)
+        pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,)))
+        save_pem(tmp_path / codec, pem, codec=codec)
         back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)
 
         def floats(bits):
@@ -289,6 +292,11 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
         np.testing.assert_array_equal(read["colourGrids"]["resolution"], back.irradiance.resolution)
         np.testing.assert_array_equal(read["colourGrids"]["offset"], back.irradiance.offset)
         np.testing.assert_allclose(floats(read["radiosity"]), back.irradiance.radiosity.ravel(), rtol=1e-6)
+        surface = read["surface"]
+        for name in ("resolution", "offset", "site"):
+            np.testing.assert_array_equal(surface[name], getattr(back.surface, name))
+        half = np.array(surface["light"], np.uint16).view(np.float16).reshape(back.surface.light.shape)
+        np.testing.assert_allclose(half, back.surface.light, rtol=1e-3)  # another exponential, rounded by way of floats
         tree = read["traced"]["bvh"]
         np.testing.assert_array_equal(tree["order"], back.bvh.order)
         np.testing.assert_array_equal(tree["leafCounts"], back.bvh.leaf_counts)

@@ -125,8 +125,9 @@ def bake(
     """Traces SCENE from all around and infers the environment maps that show it best from everywhere; viewpoints may
     have maps of their own.
 
-    SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Parts of smooth metal
-    reflect; a mesh without a material is a mirror. What is not given is chosen to frame the reflecting object.
+    SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Metal, glass and what is
+    smooth reflect, under an environment satin too, each by its own material; a mesh without a material is a mirror.
+    What is not given is chosen to frame the reflecting object.
 
     \b
     Examples:

@@ -4,7 +4,7 @@ Scalar functions for use inside compiled loops, in float64. The NumPy modules sa
 the two to each other.
 """
 
-from math import floor, log2, sqrt
+from math import floor, log2, pi, sqrt
 
 import numpy as np
 from numba import njit
@@ -17,6 +17,7 @@ from reflet.envmap.shapes import LEAST_HALF_CHORD
 _SMALL = 1e-12
 _LEAST_SQUARE = LEAST_HALF_CHORD**2
 _SMALLEST_RHO = 1e-6
+EVEN_CUBE = (2.0 / pi) ** 2  # texels a steradian of a cube of size 1 whose texels were π/2 of its rows apart
 STEEP = 0.9  # |y| of rays that are tilted from +x, not from +y
 
 
@@ -185,11 +186,15 @@ def place(kind, g, faces, map_from_world, position, direction, spread, size, lod
         furthest = max(furthest, _squared_gap(kind, face, x, y, z, a, b, c))
     lod = log2(max(sqrt(furthest * texels), _SMALLEST_RHO)) + lod_bias
     if spread[k] > 0.0:
-        widest = 0.0
+        squared = 1.0  # distances of both tilted rays, multiplied
+        x, y, z = _met(g, w, px, py, pz, rx, ry, rz)
+        scale = 1.0 / sqrt(x * x + y * y + z * z)
         for ray in tilted(rx, ry, rz, spread[k]):
             a, b, c = _met(g, w, px, py, pz, ray[0], ray[1], ray[2])
-            widest = max(widest, _squared_gap(kind, face, x, y, z, a, b, c))
-        lod = max(lod, log2(max(sqrt(widest * texels), _SMALLEST_RHO)))
+            squared *= _squared_gap(-1, face, x * scale, y * scale, z * scale, a, b, c)
+        if kind == CUBE:
+            texels = EVEN_CUBE * size * size
+        lod = max(lod, log2(max(sqrt(sqrt(squared) * texels), _SMALLEST_RHO)))
     return face, u, v, min(max(lod, 0.0), log2(size))
 
 

@@ -7,7 +7,7 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import AXES, CUBE, face_from_direction
 from reflet.envmap.parameterizations.parameterization import Parameterization
 
-MOST_TILT = 0.5  # rad, of lobes' lookups
+MOST_TILT = 1.0  # rad, of lobes' lookups
 _SMALLEST_RHO = 1e-6  # keeps the logarithm finite where neighbours coincide
 _FINEST_SAMPLES = 64
 
@@ -30,7 +30,7 @@ def lod_from_neighbours(
 def lobe_spread(perceptual_roughness: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch"]:
     """Sine of the angle by which a rough surface's lookup is tilted for its LOD: how far neighbours of one texel are.
 
-    A third of the width of GGX's lobe at half its height, 4·asin √(α²(√2 - 1)/(1 - α²)), at most 0.5 rad; 0 of mirrors.
+    A third of the width of GGX's lobe at half its height, 4·asin √(α²(√2 - 1)/(1 - α²)), at most 1 rad; 0 of mirrors.
     Twin: `lobe_spread` of gloss.wgsl.
     """
     square = np.asarray(perceptual_roughness, np.float64) ** 4

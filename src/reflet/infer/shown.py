@@ -9,18 +9,26 @@ from numba import njit, prange
 from reflet.envmap.compiled_lookup import compiled_geometry, place, taps_into
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.texture_filter import padded_index_table
-from reflet.scene.surfaces.gbuffer import GBuffer
+from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 
 _BLOCKS = 64
 
 
 def shown_rows(gbuffer: GBuffer, shells: Sequence[EnvMap], lod_bias: float) -> Float32[np.ndarray, "rows 3"]:
-    """Mean radiance of every row where the shells, nearest first, are looked up and each lies over the next.
-
-    ``shells`` are maps in the world's frame, all but the last of 4 channels. The G-buffer's samples have one lookup
-    each.
-    """
+    """Mean radiance of every row of a G-buffer, whose samples have one lookup each (`shown_lookups`)."""
     (lookups,) = gbuffer.lookups
+    seen = shown_lookups(lookups, shells, lod_bias)
+    row, rows = gbuffer.row_of_sample[lookups.sample], len(gbuffer.row_pixel)
+    samples = np.maximum(np.bincount(row, minlength=rows), 1)
+    sums = [np.bincount(row, seen[:, channel], rows) for channel in range(3)]
+    return (np.stack(sums, -1) / samples[:, None]).astype(np.float32)
+
+
+def shown_lookups(lookups: Lookups, shells: Sequence[EnvMap], lod_bias: float) -> Float32[np.ndarray, "lookups 3"]:
+    """Radiance where the shells, nearest first, are looked up and each lies over the next.
+
+    ``shells`` are maps in the world's frame, all but the last of 4 channels.
+    """
     count = len(lookups.sample)
     seen, clear = np.zeros((count, 3), np.float32), np.ones(count, np.float32)
     for env_map in shells:
@@ -32,10 +40,7 @@ def shown_rows(gbuffer: GBuffer, shells: Sequence[EnvMap], lod_bias: float) -> F
             chain.parameterization.kind, chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias),
             table, starts, texels, seen, clear,
         )  # fmt: skip
-    row, rows = gbuffer.row_of_sample[lookups.sample], len(gbuffer.row_pixel)
-    samples = np.maximum(np.bincount(row, minlength=rows), 1)
-    sums = [np.bincount(row, seen[:, channel], rows) for channel in range(3)]
-    return (np.stack(sums, -1) / samples[:, None]).astype(np.float32)
+    return seen
 
 
 @njit(parallel=True, cache=True, error_model="numpy")

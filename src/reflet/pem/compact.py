@@ -18,6 +18,7 @@ from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 
 POSITION_BITS = 16
 """Positions lie on a grid that divides the extent of all that reflects into at least so many bits: a picture that the
@@ -34,6 +35,7 @@ class CompactPem:
 
     scene: Scene
     irradiance: IrradianceMap
+    surface: SurfaceLayer | None
     on_hull: Bool[np.ndarray, "triangles"]
     bvh: Bvh | None
 
@@ -45,6 +47,7 @@ def compacted(
     bvh: Bvh | None,
     *,
     traced: bool,
+    surface: SurfaceLayer | None = None,
 ) -> CompactPem:
     """The scene rounded and reordered, with what belongs to its triangles.
 
@@ -73,12 +76,32 @@ def compacted(
         place = np.empty(len(order), np.uint32)
         place[order] = np.arange(len(order))
         bvh = replace(bvh, order=place[bvh.order])
+    turned = turned_colours(irradiance.resolution, irradiance.offset, irradiance.radiosity, sides, order, turn)
     return CompactPem(
         replace(rounded, parts=tuple(parts)),
-        turned_colours(irradiance, sides, order, turn),
+        IrradianceMap(*turned),
+        surface and _turned_surface(surface, sides, order, turn),
         on_hull[order],
         bvh if traced else None,
     )
+
+
+def _turned_surface(
+    surface: SurfaceLayer,
+    sides: Int[np.ndarray, "triangles"],
+    order: Int[np.ndarray, "triangles"],
+    turn: Int[np.ndarray, "triangles"],
+) -> SurfaceLayer:
+    """Its sites in the order in which triangles now come to them: neighbours lie together, numbers grow slowly."""
+    resolution, offset, site = turned_colours(
+        surface.resolution, surface.offset, surface.site[:, None], sides, order, turn
+    )
+    _, first, number = np.unique(site[:, 0], return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.uint32)
+    rank[np.argsort(first)] = np.arange(len(first))
+    light = np.empty((len(first), *surface.light.shape[1:]), np.float16)
+    light[rank] = surface.light[site[first, 0]]
+    return SurfaceLayer(resolution, offset, rank[number], light)
 
 
 def _exponents(scene: Scene) -> list[int]:

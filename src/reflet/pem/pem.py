@@ -20,6 +20,7 @@ from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.companions import traced_parts
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import ParameterSpace
 
@@ -88,7 +89,8 @@ class ParameterizedEnvironmentMap:
     were inferred for ``sample_count`` sub-samples a pixel and an LOD shifted by ``lod_bias``, and are to be shown so.
 
     Mirrored rays may meet the meshes of reflective parts up to ``most_hits`` times and are mirrored on there, and end
-    on those of their companions; where it is 0 local light is that of local layers, if there are any. ``bvh`` is the
+    on those of their companions; where it is 0 local light is that of local layers, if there are any. What rough parts
+    mirror of their object is in ``surface``. ``bvh`` is the
     tree that they are traced by; without it playback builds one.
     """
 
@@ -105,6 +107,7 @@ class ParameterizedEnvironmentMap:
     fade_deg: float = 0.0
     most_hits: int = 0
     bvh: Bvh | None = None
+    surface: SurfaceLayer | None = None
 
     def lod_bias_at(self, samples: int) -> float:
         """What the LOD is shifted by in a picture of ``samples`` a pixel: where rays are traced, more of them see finer

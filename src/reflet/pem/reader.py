@@ -18,9 +18,11 @@ from reflet.pem.gltf_scene import read_parts
 from reflet.pem.irradiance_json import irradiance_from_json
 from reflet.pem.map_files import read_map
 from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
+from reflet.pem.surface_json import surface_from_json
 from reflet.scene.bvh.nodes import checked_bvh
 from reflet.scene.roughness import as_mirrors
 from reflet.scene.scene import ReflectiveObject, Scene
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 
 
@@ -134,8 +136,13 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
             for layer, uri in zip(_distant(layers) if extension["base"] else (), extension["base"], strict=True)
         ),
         fade_deg=extension["fadeDeg"],
+        surface=_read_surface(folder, extension.get("surface"), scene),
         **_read_traced(folder, extension.get("traced"), scene),
     )
+
+
+def _read_surface(folder: Path, description: dict[str, Any] | None, scene: Scene) -> SurfaceLayer | None:
+    return None if description is None else surface_from_json(description, folder, int(scene.triangle_offsets[-1]))
 
 
 def _read_traced(folder: Path, description: dict[str, Any] | None, scene: Scene) -> dict[str, Any]:

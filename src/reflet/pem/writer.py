@@ -24,12 +24,14 @@ from reflet.pem.gltf_scene import write_scene
 from reflet.pem.irradiance_json import irradiance_to_json
 from reflet.pem.map_files import codec_named, read_map, write_map
 from reflet.pem.pem import MOST_HITS, Layer, ParameterizedEnvironmentMap
+from reflet.pem.surface_json import surface_to_json
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.views.parameter_space import ParameterSpace
 
 
@@ -150,6 +152,7 @@ class PemWriter:
         fade_deg: float = 0.0,
         most_hits: int = 0,
         bvh: Bvh | None = None,
+        surface: SurfaceLayer | None = None,
     ) -> None:
         """Write everything but the samples' maps, ``scene.gltf`` last, and drop the intermediate state.
 
@@ -171,10 +174,11 @@ class PemWriter:
             paths = [self.folder / file for file in base_files]
             written = pool.map(write_map, paths, base)
             if coded:
-                compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0)
-                scene, irradiance, on_hull, bvh = compact.scene, compact.irradiance, compact.on_hull, compact.bvh
+                compact = compacted(scene, irradiance, on_hull, bvh, traced=most_hits > 0, surface=surface)
+                scene, irradiance, surface = compact.scene, compact.irradiance, compact.surface
+                on_hull, bvh = compact.on_hull, compact.bvh
             list(written)  # raises what went wrong
-        surface = BufferWriter(layout.SURFACE_BUFFER)
+        buffer = BufferWriter(layout.SURFACE_BUFFER)
         extension: dict[str, Any] = {
             "version": layout.VERSION,
             "objects": [{"name": item.name, "parts": list(item.parts)} for item in scene.objects],
@@ -199,7 +203,7 @@ class PemWriter:
                     "parts": list(layer.parts),
                     "size": layer.size,
                     "parameterization": layer.parameterization.name,
-                    "geometry": geometry_to_json(layer.geometry, surface, coded=coded),
+                    "geometry": geometry_to_json(layer.geometry, buffer, coded=coded),
                     "begin": layer.begin,
                     **({"end": layer.end} if layer.end < inf else {}),
                 }
@@ -215,8 +219,8 @@ class PemWriter:
             ],
             "base": base_files,
             "fadeDeg": fade_deg,
-            "irradiance": irradiance_to_json(irradiance, surface, coded=coded),
-            "onHull": surface.add(on_hull.astype(np.uint8), "deflate" if coded else None),
+            "irradiance": irradiance_to_json(irradiance, buffer, coded=coded),
+            "onHull": buffer.add(on_hull.astype(np.uint8), "deflate" if coded else None),
             "statistics": {
                 **(statistics or {}),
                 "samples": [
@@ -227,8 +231,10 @@ class PemWriter:
         }
         if any(is_rough(part) for part in scene.parts):
             table = dfg_table().astype(np.float16).view(np.uint16)
-            extension["ggxTable"] = surface.add(table, "deflate" if coded else None)
-        surface.write(self.folder)
+            extension["ggxTable"] = buffer.add(table, "deflate" if coded else None)
+        if surface is not None:
+            extension["surface"] = surface_to_json(surface, buffer, coded=coded)
+        buffer.write(self.folder)
         if most_hits:
             bvh = bvh or build_bvh(scene, on_hull)
             tree = BufferWriter(layout.BVH_BUFFER)
@@ -277,6 +283,7 @@ def _write_whole(writer: PemWriter, pem: ParameterizedEnvironmentMap) -> None:
         fade_deg=pem.fade_deg,
         most_hits=pem.most_hits,
         bvh=pem.bvh,
+        surface=pem.surface,
     )
 
 

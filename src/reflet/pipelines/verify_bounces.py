@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float32
 
 from reflet.envmap.env_map import EnvMap
-from reflet.envmap.lod import lobe_spread
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.render.playback.layouts import Shown
 from reflet.render.playback.renderer import ALL_SHOWN, Renderer
@@ -71,7 +70,7 @@ def verify_bounces(
     pixels = gbuffer.row_pixel[gbuffer.row_of_sample]
     drawn = renderer.met_triangles(camera, 1, 0).reshape(-1, 4)[pixels]
     # Rays of rough surfaces are followed up to a limit, and compared up to the first that they meet.
-    followed = lookups.spread <= lobe_spread(TRACED_ROUGHNESS) * (1.0 + 1e-6)
+    followed = gbuffer.roughness <= TRACED_ROUGHNESS
     rough = np.append(
         False, np.repeat([is_rough(part) for part in pem.scene.parts], np.diff(pem.scene.triangle_offsets))
     )

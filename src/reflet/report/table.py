@@ -55,6 +55,9 @@ def pem_table(pem: ParameterizedEnvironmentMap, files: FolderFacts | None = None
     facts.add_row("inferred for", f"{pem.sample_count} samples a pixel, LOD bias {pem.lod_bias:g}")
     if pem.most_hits:
         facts.add_row("local light", f"traced through the mirrors' own meshes, up to {pem.most_hits} hits")
+        if pem.surface is not None:
+            count, texels = pem.surface.light.shape[:2]
+            facts.add_row("of rough parts", f"from everywhere, at {count:,} sites of {texels} directions")
         if pem.companions:
             facts.add_row("met beside them", ", ".join(scene.parts[part].name for part in pem.companions))
     facts.add_row("parameterization", ", ".join(sorted({layer.parameterization.name for layer in pem.layers})))

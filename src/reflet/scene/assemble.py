@@ -18,9 +18,13 @@ from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surface_mean import surface_mean
 
 SMOOTH = TRACED_ROUGHNESS
-"""What is no metal reflects by default up to this perceptual roughness: playback shows it its own object by tracing,
-and smooth paint, varnish and glaze are seen to mirror. Of what is rougher 4 % and a little more of the light around is
-spread too wide to be told from diffuse light, but for lamps."""
+"""What is no metal reflects by default up to this perceptual roughness: smooth paint, varnish and glaze are seen to
+mirror. Of what is rougher 4 % and a little more of the light around is spread too wide to be told from diffuse light,
+but for lamps: a room's walls and furniture stay as they are."""
+
+SATIN = 0.8
+"""The same of models that an environment lights. They have no surroundings of their own, their lamps are seen in
+leather and cloth, most of all along the surface, and each is looked at for itself."""
 
 TOUCHING = 0.04
 """Parts that come closer than this share of the smaller one's diagonal form one object. A lid lies loosely in its rim
@@ -35,19 +39,19 @@ def assemble(
     """The scene these parts make.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
-    roughness at most 0.2), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches
-    anything. Glass becomes clear, with a RefletWarning where its roughness is not 0. Parts that touch form
-    one object. Names are made unique by _2, _3…; zero-area triangles and unused vertices are dropped, the former with a
-    RefletWarning.
+    roughness at most 0.2, with an environment 0.8; where no part is, all do), if they are of glass, or are named in
+    ``reflect``: case does not count, ``*`` matches anything. Glass becomes clear, with a RefletWarning where its
+    roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…; zero-area triangles and
+    unused vertices are dropped, the former with a RefletWarning.
 
     Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
-    nothing, scenes where nothing reflects, and scenes without any light.
+    nothing, scenes where nothing can reflect, and scenes without any light.
     """
     checked = [p for p in (_checked(part) for part in parts) if p is not None]
     if not checked:
         raise RefletError("The scene holds no triangles; export it with its meshes.")
     named = _uniquely_named(checked)
-    chosen = _chosen(named, reflect)
+    chosen = _chosen(named, reflect, SMOOTH if environment is None else SATIN)
     finished = tuple(replace(part, reflective=p in chosen) for p, part in enumerate(named))
     if environment is None and not any(_emits(part) for part in finished):
         raise RefletError("Nothing in the scene gives light; add --environment FILE.hdr or an emissive material.")
@@ -144,7 +148,7 @@ def _uniquely_named(parts: Sequence[Part]) -> list[Part]:
     return named
 
 
-def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
+def _chosen(parts: Sequence[Part], reflect: Sequence[str], smooth: float) -> set[int]:
     names = ", ".join(part.name for part in parts[:20]) + (", …" if len(parts) > 20 else "")
     forced: set[int] = set()
     for pattern in reflect:
@@ -157,16 +161,14 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str]) -> set[int]:
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
-        shiny = (metallic >= 0.5 or roughness <= SMOOTH) and not part.material.unlit
+        shiny = (metallic >= 0.5 or roughness <= smooth) and not part.material.unlit
         if glass or shiny:
             chosen.add(p)
         if glass and roughness > 1e-3:
             frosted.append(f"{part.name} ({roughness:.2f})")
+    chosen = chosen or {p for p, part in enumerate(parts) if not part.material.unlit}
     if not chosen:
-        raise RefletError(
-            f"No part reflects (metallic, or of a roughness of at most {SMOOTH}, or glass); "
-            f"choose with --reflect NAME from {names}."
-        )
+        raise RefletError(f"No part reflects: all are unlit; choose with --reflect NAME from {names}.")
     if frosted:
         listed = ", ".join(frosted[:8]) + (", …" if len(frosted) > 8 else "")
         warnings.warn(f"Baked as clear glass whatever their roughness: {listed}.", RefletWarning, stacklevel=3)

@@ -29,6 +29,11 @@ def least_roughness(parts: Collection[Part]) -> float:
     return min((float(np.quantile(_on_surface(part), _FEW)) if is_rough(part) else 0.0 for part in parts), default=0.0)
 
 
+def has_wide_lobes(part: Part) -> bool:
+    """Whether a part reflects by lobes too wide to be traced by a ray, be it here and there."""
+    return is_rough(part) and float(np.quantile(_on_surface(part), 1.0 - _FEW)) > TRACED_ROUGHNESS
+
+
 def as_mirrors(scene: Scene) -> Scene:
     """The scene with all that reflects made perfectly smooth."""
     return replace(scene, parts=tuple(_smooth(part) if is_rough(part) else part for part in scene.parts))

@@ -5,12 +5,14 @@
 //   1        storage array<vec4f>, read       vertex, fragment   vertices, 3 vec4f each: (position, u) (normal, v) (tangent);
 //                                                                      behind them what some have besides, see `surface`
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
-//   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset)
+//   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset); where there
+//                                                                      are surface_maps theirs follow, then the sites of two samples each
 //   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each
 //   5        texture_2d<f32> rgba16float      fragment           the HDR environment, lat-long, with mip levels (1x1 if none)
 //   6        filtering sampler                fragment           linear in all three; repeats in u, clamps in v
 //   7 to 10  what mirrored rays meet            fragment           see bvh.wgsl and traced.wgsl
 //   11       texture_2d<f32> rgba16float      fragment           that of ggx_table.wgsl (1x1 where no part is rough)
+//   12       texture_2d_array<f32> rgba16float  fragment         see surface_light.wgsl (1 texel if none)
 //
 // Tangents have glTF's handedness in w. Frame's bytes (offset: member):
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width
@@ -72,6 +74,7 @@ override BASE: u32 = 0xffffffffu;
 @group(0) @binding(5) var environment: texture_2d<f32>;
 @group(0) @binding(6) var environment_sampler: sampler;
 @group(0) @binding(11) var ggx_table: texture_2d<f32>;
+@group(0) @binding(12) var surface_maps: texture_2d_array<f32>;
 
 // Of a sub-sample from its pixel's top left corner, in pixels. After 64 the pattern repeats, moved by half a pixel diagonally,
 // then across, then down (reflet.scene.views.sample_pattern).

@@ -18,7 +18,7 @@ fn is_there(alpha: f32, cutoff: f32, at_random: f32) -> bool {
 
 // Whether a sub-sample at `position` of the picture goes through the part.
 fn goes_through(s: Sample, position: vec4f, sub_sample: u32) -> bool {
-  if (!HOLES || !part_is(PART_HOLES)) {
+  if (!part_is(PART_HOLES)) {
     return false;
   }
   var alpha = part.alpha * part_color(s.here).a;

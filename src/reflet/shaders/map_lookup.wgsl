@@ -21,6 +21,22 @@ fn map_lod_nearer(kind: u32, d: vec3f, dx: vec3f, dy: vec3f, size: f32, lod_bias
   return min(map_lod(kind, d, dx, dx, size, lod_bias, max_lod), map_lod(kind, d, dy, dy, size, lod_bias, max_lod));
 }
 
+const EVEN_CUBE = 0.4052847345693511;  // texels a steradian of a cube of size 1 whose texels were π/2 of its rows apart
+
+// LOD of a lobe that is looked up in direction d, and whose tilted rays are in dx and dy: by the mean of their angles. Twin of
+// the end of reflet.envmap.compiled_lookup.place.
+fn lobe_lod(kind: u32, d: vec3f, dx: vec3f, dy: vec3f, size: f32, max_lod: f32) -> f32 {
+  let n = normalize(d);
+  let right = normalize(dx) - n;
+  let down = normalize(dy) - n;
+  var rate = EVEN_CUBE;
+  if (kind != CUBE) {
+    rate = sampling_rate(kind, n);
+  }
+  let rho_squared = sqrt(dot(right, right) * dot(down, down)) * rate * size * size;
+  return clamp(0.5 * log2(max(rho_squared, 1e-12)), 0.0, max_lod);
+}
+
 // Trilinear lookup in direction d of any length; a map's faces are array layers from first_layer on. `lod` lies in
 // [0, levels - 1].
 fn sample_map(kind: u32, maps: texture_2d_array<f32>, first_layer: i32, d: vec3f, lod: f32) -> vec4f {

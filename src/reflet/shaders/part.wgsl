@@ -69,15 +69,14 @@ const PART_UNLIT = 4096u;         // its base colour is its emission
 const PART_REFRACTIVE = 8192u;    // glass
 const PART_THIN = 16384u;         // glass without an inside
 const PART_ROUGH = 32768u;        // reflects by a lobe, be it here and there
+const PART_SURFACE = 65536u;      // its triangles have maps of surface_light.wgsl
 const PART_TEXTURES = 120u;       // any of the four
 
-// Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and for the kinds of its geometries and
-// parameterizations, so that code which is off costs nothing; else they are read from the uniform.
+// Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and
+// for the kinds of its geometries and parameterizations, so that code which is off costs nothing; else they are read from the uniform.
 override PART_BITS: u32 = 0xffffffffu;
-override ANY_BITS: u32 = 0xffffffffu;  // all bits that any part has, where one pipeline draws them all
+override ANY_BITS: u32 = 0xffffffffu;  // all bits that any part has
 override PART_SAMPLING: u32 = 0xffffffffu;
-override HOLES: bool = true;  // whether any part has them
-override ROUGH: bool = true;  // whether any part reflects by a lobe
 override SHELL_COUNT: u32 = 0xffffffffu;
 override DISTANT_KIND_0: f32 = -1.0;
 override DISTANT_KIND_1: f32 = -1.0;
@@ -100,8 +99,13 @@ override LOCAL_PARAMETERIZATION: u32 = 0xffffffffu;
 @group(1) @binding(11) var local_maps: texture_2d_array<f32>;
 @group(1) @binding(12) var reliefs: texture_cube_array<f32>;
 
+// Whether any part may have it.
+fn any_is(bit: u32) -> bool {
+  return (ANY_BITS & bit) != 0u;
+}
+
 fn part_is(bit: u32) -> bool {
-  return (ANY_BITS & bit) != 0u && (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
+  return any_is(bit) && (select(PART_BITS, part.bits, PART_BITS == 0xffffffffu) & bit) != 0u;
 }
 
 // A texture's byte of `sampling`: 0 base colour, 1 metallic-roughness, 2 normals, 3 emission.

@@ -70,7 +70,7 @@ fn lookup_in(layer: Layer, parameterization: u32, m: Mirrors, d: vec3f, dx: vec3
 
 // A lookup as coarse as its lobe is wide, if its pixel is not wider: dx and dy are those of its tilted rays.
 fn widened(found: Lookup, layer: Layer, parameterization: u32, dx: vec3f, dy: vec3f) -> Lookup {
-  let lod = map_lod(parameterization, found.direction, dx, dy, layer.size, 0.0, layer.max_lod);
+  let lod = lobe_lod(parameterization, found.direction, dx, dy, layer.size, layer.max_lod);
   return Lookup(found.direction, max(found.lod, lod));
 }
 
@@ -107,7 +107,7 @@ fn relief_lookup(shell: u32, m: Mirrors) -> Lookup {
   let dx = m.r1 + w * (m.p1 - origin);
   let dy = m.r2 + w * (m.p2 - origin);
   let found = lookup_in(layer, distant_parameterization(), m, d, dx, dy);
-  if (!ROUGH || m.spread == 0.0) {
+  if (!any_is(PART_ROUGH) || m.spread == 0.0) {
     return found;
   }
   let from_origin = w * (m.p0 - origin);
@@ -127,7 +127,7 @@ fn layer_lookup(geometry: f32, parameterization: u32, layer: Layer, m: Mirrors) 
   let dx = lookup_direction(geometry, layer.geometry, m.p1, m.r1);
   let dy = lookup_direction(geometry, layer.geometry, m.p2, m.r2);
   let found = lookup_in(layer, parameterization, m, d, dx, dy);
-  if (!ROUGH || m.spread == 0.0) {
+  if (!any_is(PART_ROUGH) || m.spread == 0.0) {
     return found;
   }
   return widened(

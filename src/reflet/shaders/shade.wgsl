@@ -1,6 +1,7 @@
 #import glass
 #import pem
 #import irradiance
+#import surface_light
 
 // What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects and
 // what comes through glass.
@@ -12,10 +13,6 @@ struct Gloss {
   ggx: vec4f,      // of the table; 0 of mirrors
 }
 
-fn is_rough() -> bool {
-  return ROUGH && part_is(PART_ROUGH);
-}
-
 // Of a sub-sample whose shading normal is n.
 fn gloss_at(s: Sample, n: vec3f) -> Gloss {
   var gloss = Gloss(part.metallic, part.perceptual_roughness, vec4f(0.0));
@@ -24,7 +21,7 @@ fn gloss_at(s: Sample, n: vec3f) -> Gloss {
     gloss.metallic *= texel.b;
     gloss.roughness *= texel.g;
   }
-  if (is_rough()) {
+  if (part_is(PART_ROUGH)) {
     gloss.ggx = ggx_entry(ggx_table, clamp(dot(-s.here.ray, n), 0.0, 1.0), gloss.roughness);
   } else {
     gloss.roughness = 0.0;
@@ -38,8 +35,8 @@ fn mirrors_of(s: Sample, n: vec3f, gloss: Gloss) -> Mirrors {
   let n2 = shading_normal(s.down, s.ng);
   let lean = gloss.ggx.z;
   var spread = 0.0;
-  if (ROUGH) {
-    spread = lobe_spread(gloss.roughness);
+  if (part_is(PART_ROUGH)) {
+    spread = lobe_spread(gloss.roughness * gloss.ggx.w);
   }
   return Mirrors(
     s.here.p, leaning(mirrored(s.here.ray, n, s.ng), n, lean),
@@ -85,9 +82,14 @@ fn reflective(s: Sample) -> vec3f {
   }
   let n = shading_normal(s.here, s.ng);
   let gloss = gloss_at(s, n);
-  var shown = radiance_met(s, mirrors_of(s, n, gloss), gloss.roughness <= TRACED_ROUGHNESS);
+  let traced = gloss.roughness <= TRACED_ROUGHNESS;
+  var shown = radiance_met(s, mirrors_of(s, n, gloss), traced);
+  if (part_is(PART_SURFACE) && !traced && switched_on(SHOW_LOCAL)) {
+    let light = surface_light(s.triangle, s.b, s.back, mirrored(s.here.ray, n, s.ng));
+    shown = max(by_origin(light.rgb, OWN_MESH) + (1.0 - light.a) * shown, vec3f(0.0));
+  }
   let dielectric = vec4f(part.dielectric_f0, part.dielectric_f90);
-  var albedo = diffuse_share(base_color, gloss.metallic, dielectric, is_rough(), gloss.ggx);
+  var albedo = diffuse_share(base_color, gloss.metallic, dielectric, part_is(PART_ROUGH), gloss.ggx);
   if (part_is(PART_REFRACTIVE)) {
     albedo = base_color * (1.0 - part.transmission);
     if (switched_on(SHOW_FRESNEL)) {
@@ -96,7 +98,7 @@ fn reflective(s: Sample) -> vec3f {
     }
   } else if (switched_on(SHOW_FRESNEL)) {
     shown *= reflectance(
-      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), is_rough(), gloss.ggx);
+      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), part_is(PART_ROUGH), gloss.ggx);
   }
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));

@@ -4,6 +4,7 @@
 #import glass
 #import holes
 #import irradiance
+#import surface_light
 
 // Mirrors that see themselves: the mirrored ray (of what is nearly smooth, that along its lobe's peak) is followed from mirror to mirror, through their full meshes, until it meets
 // none, or a companion, a part beside them that does not reflect; rays that glass lets through likewise, to where they leave
@@ -190,13 +191,13 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     roughness *= texel.g;
   }
   let dielectric = vec4f(material.dielectric_f0, material.dielectric_f90);
-  let rough = ROUGH && hit_is(met.material, PART_ROUGH);
+  let rough = hit_is(met.material, PART_ROUGH);
   let n_dot_v = dot(-ray, n);
   var ggx = vec4f(0.0);
   var spread = rays.spread;
   if (rough) {
     ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
-    spread = wider(spread, lobe_spread(roughness));
+    spread = wider(spread, lobe_spread(roughness * ggx.w));
   }
   if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
@@ -227,9 +228,15 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   } else if (switched_on(SHOW_FRESNEL)) {
     (*way).throughput *= reflectance(base_color, metallic, dielectric, n_dot_v, rough, ggx);
   }
+  let straight = mirrored(ray, n, met.ng);
+  if (hit_is(met.material, PART_SURFACE) && roughness > TRACED_ROUGHNESS) {
+    let light = surface_light(met.triangle, b, met.back, straight);
+    (*way).light += (*way).throughput * light.rgb;
+    (*way).throughput *= 1.0 - light.a;
+  }
   return Leaving(
     Mirrors(
-      here.p, leaning(mirrored(ray, n, met.ng), n, ggx.z), right.p, leaning(mirrored(right.ray, n1, met.ng), n1, ggx.z),
+      here.p, leaning(straight, n, ggx.z), right.p, leaning(mirrored(right.ray, n1, met.ng), n1, ggx.z),
       down.p, leaning(mirrored(down.ray, n2, met.ng), n2, ggx.z), true, spread),
     met.triangle, met.ng, !(glass && met.back), rough && roughness > TRACED_ROUGHNESS,
     medium_after(medium, material.absorption, false, glass && met.back));

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Float32, Int32, UInt32
 
 from reflet.envmap.mip_chain import MipChain
 from reflet.scene.surfaces.visibility import Visibility
@@ -103,3 +103,27 @@ class ShellProbe:
 
     texels: Float32[np.ndarray, "texels channels"]
     distance: Float32[np.ndarray, "6 size size"]
+
+
+@dataclass(frozen=True)
+class TracedSurface:
+    """What the lobes of rough parts gather at sites on them, along directions of their maps.
+
+    ``resolution``, ``offset`` and ``site`` are those of a `SurfaceLayer`; sites lie at ``position`` on surfaces of
+    ``normal`` and perceptual ``roughness``, which belong to an ``object``. A row is one texel of one site's map: light
+    as in `SegmentedLayers`, where the site mirrors the viewer along ``mirrored``.
+    """
+
+    resolution: UInt32[np.ndarray, "triangles"]
+    offset: UInt32[np.ndarray, "triangles"]
+    site: UInt32[np.ndarray, "samples"]
+    object: Int32[np.ndarray, "sites"]
+    position: Float32[np.ndarray, "sites 3"]
+    normal: Float32[np.ndarray, "sites 3"]
+    roughness: Float32[np.ndarray, "sites"]
+    row_site: Int32[np.ndarray, "rows"]
+    row_texel: Int32[np.ndarray, "rows"]
+    mirrored: Float32[np.ndarray, "rows 3"]
+    local: Float32[np.ndarray, "rows 3"]
+    alpha: Float32[np.ndarray, "rows"]
+    distant: Float32[np.ndarray, "rows 3"]

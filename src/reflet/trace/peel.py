@@ -57,6 +57,17 @@ def first_met(device: DeviceScene, index: int, ray, active, coherent: bool = Fal
     return Met(hit.valid, hit.triangle, hit.uv, mi.Point3f(dr.select(hit.valid, ray.o + ray.d * hit.t, 0.0)))
 
 
+def met_through(device: DeviceScene, index: int, ray, met, hidden, active) -> Met:  # type: ignore[no-untyped-def]
+    """What ``active`` rays meet without object ``index``: what they have ``met`` where it does not hide that."""
+    behind = first_met(device, index, ray, hidden)
+    return Met(
+        active & dr.select(hidden, behind.valid, met.valid),
+        dr.select(hidden, behind.triangle, met.triangle),
+        mi.Point2f(dr.select(hidden, behind.uv, met.uv)),
+        mi.Point3f(dr.select(hidden, behind.position, ray.o + ray.d * dr.select(met.valid, met.t, 0.0))),
+    )
+
+
 def light_from(device: DeviceScene, met: Met, direction, active, drawn: Drawn | None = None):  # type: ignore[no-untyped-def]
     """Radiance that arrives from what is met, the environment where that is nothing; other objects, where they are met,
     mirror on. Of emitters only the share of rays that were ``drawn``."""

@@ -11,12 +11,12 @@ from numba import njit, prange
 from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.gloss.lobe_layers import trace_lobes
+from reflet.trace.gloss.lobe_sums import lobe_rows, sum_lobes
 from reflet.trace.layers import SegmentedLayers, Shells
 from reflet.trace.light.holes import closest
 from reflet.trace.light.radiance import arrive, kept, leave, medium_after, pass_through, radiance, sent_on
-from reflet.trace.lobe_layers import trace_lobes
-from reflet.trace.lobe_sums import lobe_rows, sum_lobes
-from reflet.trace.peel import Met, first_met, peeled
+from reflet.trace.peel import met_through, peeled
 from reflet.trace.sampling import block_means
 from reflet.trace.visible import candidates, first_seen
 
@@ -35,7 +35,7 @@ def segmented_layers(
     only the objects' pixels are traced. ``shells`` divide the distant layer of each object. Of glass the distant layer
     and alpha are those of the mirrored ray, as of a mirror; all that comes through it is local light, over its
     reflectance, which it is multiplied by again in the end: so ``combined`` is what it truly shows, and what is
-    inferred from the distant layer serves it like a mirror. Of rough parts: `reflet.trace.lobe_sums`. Implements
+    inferred from the distant layer serves it like a mirror. Of rough parts: `reflet.trace.gloss.lobe_sums`. Implements
     [Hakura01, sec. 4]: the distant layer's mirrored ray passes through all parts of its own object, or through those
     that the device says.
     """
@@ -113,14 +113,7 @@ def _trace_batch(
     local = light_met + sent_on(device, at_met, ray.d, own & at_met.reflects, medium)
     local *= kept(device, medium, met.t, met.valid)
 
-    # What a ray meets without its own object; if it does not meet that, it has met it already.
-    behind = first_met(device, index, ray, own)
-    through = Met(
-        active & dr.select(own, behind.valid, met.valid),
-        dr.select(own, behind.triangle, met.triangle),
-        mi.Point2f(dr.select(own, behind.uv, met.uv)),
-        mi.Point3f(dr.select(own, behind.position, ray.o + ray.d * dr.select(met.valid, met.t, 0.0))),
-    )
+    through = met_through(device, index, ray, met, own, active)
     seen_shells = list(peeled(device, index, through, ray.d, active, shells))
     distant = mi.Color3f(seen_shells[-1].light)
     for shell in reversed(seen_shells[:-1]):  # nothing is half transparent yet

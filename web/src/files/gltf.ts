@@ -61,6 +61,8 @@ export interface Part {
   readonly colors: Float32Array | undefined;
   /** Further sets of texture coordinates, numbered from 1. */
   readonly moreUv: readonly Float32Array[];
+  /** Whether its triangles have maps of local light. */
+  readonly surfaceLight?: boolean;
   readonly bounds: Bounds;
 }
 

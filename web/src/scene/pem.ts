@@ -9,6 +9,7 @@ import { halfTexels } from "../maths/half";
 import { type Axis, displacementDeg } from "../maths/parameter-space";
 import { isParameterization, type ParameterizationName } from "../maths/parameterization";
 import { type Irradiance, readIrradiance, type StoredIrradiance } from "./irradiance";
+import { partsWithMaps, readSurface, type StoredSurface, type SurfaceLayer } from "./surface-layer";
 
 const EXTENSION = "REFLET_parameterized_environment_map";
 const VERSION = 3;
@@ -56,6 +57,8 @@ export interface Pem {
   readonly onHull: Uint8Array;
   readonly colourGrids: Irradiance["colourGrids"];
   readonly radiosity: Float32Array;
+  /** What rough surfaces mirror of their own object, if any does. */
+  readonly surface: SurfaceLayer | undefined;
   readonly environment: Environment | undefined;
   /** That of ggx_table.wgsl, where parts are rough: half floats, four an entry. */
   readonly ggxTable: GgxTable | undefined;
@@ -116,6 +119,7 @@ interface Extension {
   onHull: ArrayDescription;
   irradiance: StoredIrradiance;
   ggxTable?: ArrayDescription;
+  surface?: StoredSurface;
   environment?: ArrayDescription | { uri: string; shape: number[] };
   traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
@@ -125,17 +129,18 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
   const extension = extensionOf<Extension>(scene, EXTENSION, VERSION);
   if (extension === undefined) return undefined;
   const { files } = scene;
-  const [parts, layers, onHull, irradiance, ggxTable, environment, traced] = await Promise.all([
+  const [parts, layers, onHull, irradiance, ggxTable, surface, environment, traced] = await Promise.all([
     readParts(scene, new Set(extension.reflective)),
     Promise.all(extension.layers.map((layer) => readLayer(layer, files))),
     files.array(Uint8Array, extension.onHull),
     readIrradiance(extension.irradiance, files),
     extension.ggxTable && readTable(extension.ggxTable, files),
+    extension.surface && readSurface(extension.surface, files),
     extension.environment && readEnvironment(extension.environment, files),
     extension.traced && readTraced(extension.traced, files),
   ]);
   return {
-    parts: ggxTable ? parts : parts.map(smooth),
+    parts: partsWithMaps(ggxTable ? parts : parts.map(smooth), surface),
     axes: extension.parameterSpace.axes,
     orbit: readOrbit(extension.parameterSpace.orbit),
     layers,
@@ -147,6 +152,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     onHull,
     ...irradiance,
     ggxTable,
+    surface,
     environment,
     traced,
   };

@@ -233,10 +233,11 @@ def dfg_table() -> Float32[np.ndarray, "rows columns 4"]:
     return np.stack(rows).astype(np.float16).astype(np.float32)
 
 
-def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: float) -> Float[np.ndarray, "*batch 4"]:
-    """`dfg_table`, bilinear, for both in [0, 1], as shaders do it (`ggx_table.wgsl`)."""
+def dfg_lookup(n_dot_v: Cosine, perceptual_roughness: Cosine | float) -> Float[np.ndarray, "*batch 4"]:
+    """`dfg_table`, bilinear, for both in [0, 1], one roughness for all or one each, as shaders do it
+    (`ggx_table.wgsl`)."""
     table = dfg_table().astype(np.float64)
-    row, below, down = _taps(np.array([perceptual_roughness]), len(table))
+    row, below, down = _taps(np.ravel(perceptual_roughness), len(table))
     column, right, across = _taps(np.sqrt(np.ravel(n_dot_v)), table.shape[1])
     across, down = across[:, None], down[:, None]
     upper = table[row, column] * (1.0 - across) + table[row, right] * across

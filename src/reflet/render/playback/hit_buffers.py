@@ -47,10 +47,10 @@ def drawn_directions(
 
 
 def hit_materials(
-    device: wgpu.GPUDevice, met: Sequence[Part], extras: Sequence[int]
+    device: wgpu.GPUDevice, met: Sequence[Part], extras: Sequence[int], bits: Sequence[int]
 ) -> tuple[np.ndarray, wgpu.GPUTexture, int]:
-    """`HIT_MATERIAL` of parts, whose vertices' extras lie at ``extras``, the texture that holds their pictures, and all
-    bits that any of them has."""
+    """`HIT_MATERIAL` of parts, whose vertices' extras lie at ``extras`` and which have ``bits`` besides, the texture
+    that holds their pictures, and all bits that any of them has."""
     parts = [part if part.reflective else _matte(part) for part in met]
     pictures: dict[int, Texture] = {id(it.pixels): it for part in parts for it in pictures_of(part) if it is not None}
     sizes = [picture.pixels.shape[1::-1] for picture in pictures.values()]
@@ -64,8 +64,9 @@ def hit_materials(
         layout = {"bytes_per_row": 4 * width, "rows_per_image": height}
         device.queue.write_texture({"texture": texture, "origin": place}, pixels, layout, (width, height, 1))
     out = np.zeros(max(len(parts), 1), HIT_MATERIAL)  # a binding may not be empty
-    for entry, part, its_extras in zip(out, parts, extras, strict=False):
+    for entry, part, its_extras, its_bits in zip(out, parts, extras, bits, strict=False):
         fill_material(entry, part, its_extras)
+        entry["bits"] |= its_bits
         for k, picture_or_none in enumerate(pictures_of(part)):
             if picture_or_none is not None:
                 entry["pictures"][k] = place_of[id(picture_or_none.pixels)]

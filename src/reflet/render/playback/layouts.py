@@ -28,7 +28,7 @@ TRIANGLE_ON_HULL = 1
 REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 COLORS, MORE_UV, HOLES, UNLIT = 128, 256, 512, 4096
-METAL, OFF_HULL, REFRACTIVE, THIN, ROUGH = 1024, 2048, 8192, 16384, 32768
+METAL, OFF_HULL, REFRACTIVE, THIN, ROUGH, SURFACE = 1024, 2048, 8192, 16384, 32768, 65536
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -195,6 +195,7 @@ def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             *({"binding": binding, "visibility": fragment, "buffer": storage} for binding in (7, 8, 9)),
             {"binding": 10, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
             {"binding": 11, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
+            {"binding": 12, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
         ]
     )
 

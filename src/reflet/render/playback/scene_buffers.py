@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 
 import numpy as np
 import wgpu
@@ -32,6 +34,7 @@ from reflet.render.playback.layouts import (
     part_uniform,
 )
 from reflet.render.playback.stacks import Stack
+from reflet.render.playback.surface_maps import sites_of, surface_bits, upload_surface
 from reflet.render.playback.vertex_table import vertex_table
 from reflet.scene.bvh.build import build_bvh
 from reflet.scene.companions import traced_parts
@@ -87,6 +90,9 @@ class SceneBuffers:
         part_of_triangle = np.repeat(np.arange(len(scene.parts)), np.diff(scene.triangle_offsets))
         order = np.lexsort((~pem.on_hull, part_of_triangle))
         grids = np.stack([colours.resolution, colours.offset], -1)[order]
+        self._surface_bits = surface_bits(scene, pem.surface)
+        if pem.surface is not None:
+            grids = np.concatenate([grids, sites_of(pem.surface, order)])
         vertices, self._extras = vertex_table(scene)
         buffers = [vertices, _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
         drawn_number = np.empty(len(order), np.int64)
@@ -103,12 +109,14 @@ class SceneBuffers:
                 *({"binding": 7 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(met)),
                 {"binding": 10, "resource": pictures.create_view(dimension="2d-array")},
                 {"binding": 11, "resource": upload_picture(device, _table(scene), "rgba16float", False).create_view()},
+                {"binding": 12, "resource": upload_surface(device, pem.surface).create_view(dimension="2d-array")},
             ],
         )
         parts = [self._part_uniform(i) for i in range(len(scene.parts))]
         self._part_uniforms = [
             device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM) for data in parts
         ]
+        self._any_bits = reduce(or_, (int(data["bits"]) for data in parts), OFF_HULL)
         draws = [draw for i, data in enumerate(parts) for draw in self._draws_of(i, data)]
         # Reflective parts first: what they hide of the room is then never shaded.
         self.draws = sorted(draws, key=lambda draw: not draw.bits & REFLECTIVE)
@@ -146,12 +154,13 @@ class SceneBuffers:
         scene = self._pem.scene
         if not self._pem.most_hits:
             none = np.zeros(0, np.uint32)
-            return none, none, *hit_materials(self._device, [], [])
+            return none, none, *hit_materials(self._device, [], [], [])
         bvh = self._pem.bvh or build_bvh(scene, self._pem.on_hull)
         words, directions = bvh_words(scene, bvh, drawn_number), drawn_directions(scene, bvh, drawn_number)
         met = traced_parts(scene, bvh.companions)
-        parts, extras = [scene.parts[number] for number in met], [self._extras[number] for number in met]
-        return words, directions, *hit_materials(self._device, parts, extras)
+        parts = [scene.parts[number] for number in met]
+        extras, bits = ([of_part[number] for number in met] for of_part in (self._extras, self._surface_bits))
+        return words, directions, *hit_materials(self._device, parts, extras, bits)
 
     def _maps(self, arrays: Sequence[wgpu.GPUTexture], stack: int | None, *, cubes: bool) -> wgpu.GPUTextureView:
         """A stack's maps if they are cubes, or if they are not; else a map of one black texel."""
@@ -176,14 +185,16 @@ class SceneBuffers:
     def _part_uniform(self, part: int) -> np.ndarray:
         local = self._layers_of(part, "local")
         shells, extras = self._layers_of(part, "distant"), self._extras[part]
-        return part_uniform(self._pem.scene.parts[part], shells, local[0] if local else None, extras)
+        data = part_uniform(self._pem.scene.parts[part], shells, local[0] if local else None, extras)
+        data["bits"] |= self._surface_bits[part]
+        return data
 
     def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:
         first, end = self._pem.scene.triangle_offsets[part : part + 2]
         bits = int(data["bits"])
         constants = {
             "PART_SAMPLING": int(data["sampling"]),
-            "ROUGH": any(map(is_rough, self._pem.scene.parts)),
+            "ANY_BITS": self._any_bits,
             "SHELL_COUNT": int(data["shell_count"]),
             **{f"DISTANT_KIND_{shell}": float(data["distant"]["geometry"][shell, 0]) for shell in range(MOST_SHELLS)},
             "LOCAL_KIND": float(data["local"]["geometry"][0]),

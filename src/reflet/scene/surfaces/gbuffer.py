@@ -28,12 +28,13 @@ class GBuffer:
     """Rows (pixel × part) of a picture, the sub-samples they average, and each sub-sample's lookups.
 
     A row's value is the mean over its sub-samples. ``row_of_sample`` is increasing; ``triangle`` numbers the scene's
-    triangles. Today every sub-sample has one lookup of weight 1; second
-    bounces and filter taps will add more.
+    triangles, ``roughness`` is the perceptual one there, 0 of mirrors. Today every sub-sample has one lookup of weight
+    1; second bounces and filter taps will add more.
     """
 
     row_pixel: Int32[np.ndarray, "rows"]
     row_part: Int32[np.ndarray, "rows"]
     row_of_sample: Int32[np.ndarray, "samples"]
     triangle: UInt32[np.ndarray, "samples"]
+    roughness: Float32[np.ndarray, "samples"]
     lookups: tuple[Lookups, ...]

@@ -47,19 +47,22 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     surface, seen = _surface(scene, triangle)
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
-    roughness = np.empty(len(pixel), np.float32)
-    rough = bool(surface.roughness.any())
+    roughness, wide = np.zeros((2, len(pixel)), np.float32)
+    table = dfg_table() if surface.roughness.any() else np.zeros((2, 2, 4), np.float32)
+    leans, widenings = (np.ascontiguousarray(table[..., channel]) for channel in (2, 3))
     _mirror(
         np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, seen,
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
         surface.texels, surface.textures, surface.roughness, surface.roughness_texture, surface.roughness_uv,
-        dfg_table()[..., 2] if rough else np.zeros((2, 2), np.float32), position, direction, roughness,
+        leans, widenings, position, direction, roughness, wide,
     )  # fmt: skip
-    spread = lobe_spread(roughness).astype(np.float32)
+    spread = lobe_spread(wide).astype(np.float32)
     ones = np.ones(len(pixel), np.float32)
     lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction, spread)
     row_pixel, row_part = np.divmod(row_key[first], len(scene.parts))
-    return GBuffer(row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, (lookups,))
+    return GBuffer(
+        row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, roughness, (lookups,)
+    )
 
 
 @dataclass(frozen=True)
@@ -214,10 +217,10 @@ def _entry(table, n_dot_v, roughness):  # type: ignore[no-untyped-def]
 @njit(parallel=True, cache=True, error_model="numpy")
 def _mirror(
     eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
-    roughness, roughness_texture, roughness_uv, leans, position, direction, rough,
+    roughness, roughness_texture, roughness_uv, leans, widenings, position, direction, rough, wide,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down; and
-    ``rough``, the roughness."""
+    ``rough``, the roughness, and ``wide``, that of a lobe about the normal as wide as its own."""
     for i in prange(len(triangle)):
         k = triangle[i]
         v = positions[k]
@@ -262,6 +265,7 @@ def _mirror(
                 if rough[i] > 0.0:
                     n_dot_v = min(max(-(dirx * nx + diry * ny + dirz * nz), 0.0), 1.0)
                     lean = _entry(leans, n_dot_v, rough[i])
+                    wide[i] = rough[i] * _entry(widenings, n_dot_v, rough[i])
             if lean != 0.0:
                 rx, ry, rz = _normalized(rx + lean * (nx - rx), ry + lean * (ny - ry), rz + lean * (nz - rz))
             position[j, i, 0] = v[0, 0] + b1 * e1x + b2 * e2x

@@ -19,8 +19,9 @@ from reflet.trace.light.emitters import Emitters
 from reflet.trace.light.holes import blocked, closest
 from reflet.trace.light.mesh_colors import SampleSites, sample_sites
 from reflet.trace.light.radiance import arrive, sent_on
+from reflet.trace.light.site_points import SitePoints
 from reflet.trace.sampling import LANES, block_means, shifts
-from reflet.trace.surface import OFFSET, surface_at
+from reflet.trace.surface import OFFSET
 
 SETTLING_SPP = 8  # noise of single sites averages out over the rays of the next pass
 MOST_PASSES = 16
@@ -76,10 +77,7 @@ class _Gatherer:
         self.device, self.sites = device, sites
         self.emitters = Emitters(device)
         self.seed = seed
-        self.members, self.starts = mi.UInt32(sites.members), mi.UInt32(sites.starts)
-        self.triangle = mi.UInt32(sites.triangle)
-        self.i, self.j, self.back = mi.UInt32(sites.i), mi.UInt32(sites.j), mi.UInt32(sites.back.astype(np.uint32))
-        self.resolution = mi.UInt32(sites.resolution)
+        self.points = SitePoints(device, sites)
 
     def publish(self, shared: Float32[np.ndarray, "sites 3"]) -> IrradianceMap:
         """Make these values of all sites what surfaces show from now on."""
@@ -115,18 +113,8 @@ class _Gatherer:
         site += start
         u = _numbers(table, path, site, self.seed)
 
-        first = dr.gather(mi.UInt32, self.starts, site)
-        alike = dr.gather(mi.UInt32, self.starts, site + 1) - first
-        alike = dr.maximum(alike, 1)  # lanes that fill a packet up gather zeros: the processor would divide by them
-        sample = dr.gather(mi.UInt32, self.members, first + path % alike)
-        triangle = dr.gather(mi.UInt32, self.triangle, sample)
-        back = dr.gather(mi.UInt32, self.back, sample) != 0
-        uv = self._place(sample, triangle, u[0], u[1])
-        # Looked at from the sampled side: against the geometric normal, or along it.
-        front = surface_at(device, triangle, uv, mi.Vector3f(0.0, 1.0, 0.0), mi.Bool(True))
-        geometric = dr.select(front.back ^ back, -front.geometric_normal, front.geometric_normal)
-        normal = dr.select(dr.dot(front.smooth_normal, geometric) < 0.0, -front.smooth_normal, front.smooth_normal)
-        origin = mi.Point3f(front.position + geometric * front.offset)
+        point = self.points.at(site, path, u[0], u[1])
+        origin, geometric, normal = point.origin, point.geometric, point.smooth
 
         drawn = self.emitters.sample(origin, u[4:7], mi.Bool(True))
         cosine = dr.dot(normal, drawn.direction)
@@ -156,15 +144,6 @@ class _Gatherer:
             caustic = sent_on(device, surface, direction, surface.reflects)
             light += dr.select(surface.reflects, dr.minimum(caustic, limit), 0.0)
         return light
-
-    def _place(self, sample, triangle, u, v):  # type: ignore[no-untyped-def]
-        """Barycentrics of a point within half a grid step of the sample, folded back into its triangle."""
-        resolution = mi.Float(dr.gather(mi.UInt32, self.resolution, triangle))
-        x = dr.abs(mi.Float(dr.gather(mi.UInt32, self.i, sample)) + u - 0.5) / resolution
-        y = dr.abs(mi.Float(dr.gather(mi.UInt32, self.j, sample)) + v - 0.5) / resolution
-        over = x + y > 1.0
-        x, y = dr.select(over, 1.0 - y, x), dr.select(over, 1.0 - x, y)
-        return mi.Point2f(dr.clip(x, 1e-4, 1.0), dr.clip(y, 1e-4, 1.0))
 
 
 def _sequence(count: int) -> Float[np.ndarray, "count dimensions"]:

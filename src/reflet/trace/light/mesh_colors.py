@@ -1,5 +1,6 @@
-"""Where irradiance is sampled: a grid of mesh colours on every triangle that shows diffuse light [Yuksel10]."""
+"""Where light is sampled on surfaces: a grid of mesh colours on every triangle that shows it [Yuksel10]."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ _TRIALS = 20  # of a cell size; mostly three do
 
 @dataclass(frozen=True)
 class SampleSites:
-    """All samples of an `IrradianceMap`, and the sites that coincident ones share.
+    """All samples of mesh colours (`reflet.scene.surfaces.irradiance`), and the sites that coincident ones share.
 
     Sample k lies on ``triangle[k]`` at the grid point (``i[k]``, ``j[k]``), on its back where ``back[k]``. It belongs
     to site ``site[k]``; the members of site s are ``members[starts[s]:starts[s + 1]]``.
@@ -41,16 +42,22 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     """Samples on all triangles that show diffuse light, about ``budget`` of them in all.
 
     Their spacing grows with the distance from the reflective objects. Both sides of double-sided triangles are sampled.
-    Triangles smaller than the spacing, and those of reflective parts always, have one sample at each of their corners,
-    and triangles that meet share them. Where there are more than `MOST_SITES` budgets of such corners, neighbours in
-    cells of space share a site, the larger the farther from the reflective objects, so that the number of sites, and
-    with it the rays, is bounded however many triangles there are. About 120 bytes a triangle that shows diffuse light.
+    Triangles smaller than the spacing have one sample at each of their corners, and triangles that meet share them.
+    Where there are more than `MOST_SITES` budgets of such corners, neighbours in cells of space share a site, the
+    larger the farther from the reflective objects, so that the number of sites, and with it the rays, is bounded
+    however many triangles there are. About 120 bytes a triangle that shows diffuse light.
     """
-    shows = np.repeat([_shows_diffuse(part) for part in scene.parts], np.diff(scene.triangle_offsets))
+    return sites_of_parts(scene, [k for k, part in enumerate(scene.parts) if _shows_diffuse(part)], budget)
+
+
+def sites_of_parts(scene: Scene, parts: Collection[int], budget: int) -> SampleSites:
+    """The same on the parts of some indices."""
+    of_part = np.isin(np.arange(len(scene.parts)), list(parts))
+    shows = np.repeat(of_part, np.diff(scene.triangle_offsets))
     shown = np.flatnonzero(shows)
-    corners, normals, vertices, mirror, sides = _shown(scene)
-    ruler = _ruler(corners, mirror, scene)
-    fine = _resolutions(corners, mirror, sides, ruler, budget)
+    corners, normals, vertices, sides = _shown(scene, of_part)
+    ruler = _ruler(corners, scene)
+    fine = _resolutions(corners, sides, ruler, budget)
 
     grid = (fine + 1) * (fine + 2) // 2
     offset = np.concatenate([[0], np.cumsum(grid * sides)])
@@ -82,21 +89,21 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     )
 
 
-def _shown(scene: Scene) -> tuple[np.ndarray, ...]:
-    """Of all triangles that show diffuse light: corners, normals there, the scene's vertices (numbered through all
-    parts), whether they belong to an object, and how many sides are sampled."""
+def _shown(scene: Scene, of_part: Bool[np.ndarray, "parts"]) -> tuple[np.ndarray, ...]:
+    """Of all triangles of some parts: corners, normals there, the scene's vertices (numbered through all parts), and
+    how many sides are sampled."""
     columns: list[tuple[np.ndarray, ...]] = []
     first = 0
-    for part, owner in zip(scene.parts, scene.object_of_part, strict=True):
+    for part, shown in zip(scene.parts, of_part, strict=True):
         mesh, count = part.mesh, len(part.mesh.triangles)
-        if _shows_diffuse(part):
+        if shown:
             corners, normals = mesh.positions[mesh.triangles], mesh.normals[mesh.triangles]
-            mirror, sides = np.full(count, owner >= 0), np.full(count, 1 + part.material.double_sided, np.int32)
-            columns.append((corners, normals, mesh.triangles.astype(np.int64) + first, mirror, sides))
+            sides = np.full(count, 1 + part.material.double_sided, np.int32)
+            columns.append((corners, normals, mesh.triangles.astype(np.int64) + first, sides))
         first += len(mesh.positions)
     if not columns:
         nothing = np.zeros((0, 3, 3), np.float32)
-        return nothing, nothing, np.zeros((0, 3), np.int64), np.zeros(0, bool), np.zeros(0, np.int32)
+        return nothing, nothing, np.zeros((0, 3), np.int64), np.zeros(0, np.int32)
     return tuple(np.concatenate(column) for column in zip(*columns, strict=True))
 
 
@@ -149,9 +156,7 @@ def _shows_diffuse(part: Part) -> bool:
     return not black and not mirror_only
 
 
-def _ruler(
-    corners: Float[np.ndarray, "triangles 3 3"], mirror: Bool[np.ndarray, "triangles"], scene: Scene
-) -> Float[np.ndarray, "triangles"]:
+def _ruler(corners: Float[np.ndarray, "triangles 3 3"], scene: Scene) -> Float[np.ndarray, "triangles"]:
     """What spacing is measured in: the distance from the box around all reflective objects, at least half its
     diagonal; 1 where nothing reflects."""
     reflective = [
@@ -169,7 +174,6 @@ def _ruler(
 
 def _resolutions(
     corners: Float[np.ndarray, "triangles 3 3"],
-    mirror: Bool[np.ndarray, "triangles"],
     sides: Int[np.ndarray, "triangles"],
     ruler: Float[np.ndarray, "triangles"],
     budget: int,
@@ -180,7 +184,7 @@ def _resolutions(
     """
     edges = corners - np.roll(corners, 1, axis=1)
     edge = np.sqrt(np.einsum("tki,tki->tk", edges, edges, dtype=np.float64).max(-1))
-    ratio = np.where(mirror, 0.0, edge / ruler)
+    ratio = edge / ruler
     spent = 3 * int(sides.sum()) > budget
     # more triangles than that cannot have more samples than their corners'
     largest = np.argpartition(ratio, -budget)[-budget:] if spent and len(ratio) > budget else slice(None)

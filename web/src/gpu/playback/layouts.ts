@@ -24,8 +24,7 @@ const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
-const [REFRACTIVE, THIN] = [8192, 16384];
-export const ROUGH = 32768;
+const [REFRACTIVE, THIN, ROUGH, SURFACE] = [8192, 16384, 32768, 65536];
 const LEAST_ROUGHNESS = 0.03; // smoother parts are mirrors
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
@@ -128,6 +127,7 @@ export function partBits(part: Part): number {
   const refraction = part.reflective ? part.material.refraction : undefined;
   if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);
   if (part.reflective && part.material.roughness >= LEAST_ROUGHNESS) bits |= ROUGH;
+  if (part.surfaceLight) bits |= SURFACE;
   if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
   return bits;
 }
@@ -148,6 +148,7 @@ export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
       ...[7, 8, 9].map((binding) => ({ binding, visibility: fragment, buffer: storage })),
       { binding: 10, visibility: fragment, texture: { viewDimension: "2d-array" } },
       { binding: 11, visibility: fragment, texture: {} },
+      { binding: 12, visibility: fragment, texture: { viewDimension: "2d-array" } },
     ],
   });
 }

@@ -6,7 +6,7 @@ import type { Stack } from "../../scene/stacks";
 import { createScreenPipeline } from "../device/picture-sum";
 import { link } from "../device/shaders";
 import { DEPTH } from "../device/target";
-import { HAS_LOCAL, partBits, ROUGH } from "./layouts";
+import { HAS_LOCAL, partBits } from "./layouts";
 
 export interface Pipelines {
   /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
@@ -42,8 +42,6 @@ export async function createPipelines(
   if (counts.size <= 1) constants.SHELL_COUNT = count; // parts that do not reflect never ask
   if (pem.base.length === 0) constants.BASE = 0;
   constants.ANY_BITS = pem.parts.reduce((bits, part) => bits | partBits(part), HAS_LOCAL);
-  constants.ROUGH = Number((constants.ANY_BITS & ROUGH) !== 0);
-  constants.HOLES = Number(pem.parts.some(({ material }) => material.cutoff !== undefined));
 
   const traced = pem.traced && {
     shader: module("traced_picture"),

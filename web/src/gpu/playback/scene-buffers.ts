@@ -15,6 +15,7 @@ import {
   partUniform,
   TRIANGLE_ON_HULL,
 } from "./layouts";
+import { createSurfaceMaps, sitesOf } from "./surface-maps";
 
 export class SceneBuffers {
   readonly frameUniform: GPUBuffer;
@@ -82,7 +83,9 @@ export class SceneBuffers {
 
   private createFrameGroup(vertices: Float32Array, hits: HitBuffers): GPUBindGroup {
     const { colourGrids, radiosity, parts, onHull } = this.pem;
-    const grids = new Uint32Array(2 * colourGrids.resolution.length);
+    const behind = this.pem.surface ? sitesOf(this.pem.surface) : [];
+    const grids = new Uint32Array(2 * colourGrids.resolution.length + behind.length);
+    grids.set(behind, 2 * colourGrids.resolution.length);
     colourGrids.resolution.forEach((resolution, k) => {
       grids.set([resolution, colourGrids.offset[k] as number], 2 * k);
     });
@@ -103,6 +106,10 @@ export class SceneBuffers {
         })),
         { binding: 10, resource: hits.pictures.createView({ dimension: "2d-array" }) },
         { binding: 11, resource: this.ggxTable().createView() },
+        {
+          binding: 12,
+          resource: createSurfaceMaps(this.device, this.pem.surface).createView({ dimension: "2d-array" }),
+        },
       ],
     });
   }

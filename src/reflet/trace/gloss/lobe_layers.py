@@ -1,4 +1,4 @@
-"""Samples of rough parts, where a scene has any: light that their lobes gather, for `reflet.trace.lobe_sums`.
+"""Samples of rough parts, where a scene has any: light that their lobes gather, for `reflet.trace.gloss.lobe_sums`.
 
 Every sample follows one ray of its surface's lobe, drawn by visible normals [Heitz14], with the weight w = G2/G1, and
 looks for one emitter. Of both, the balance heuristic takes its share [VeachGuibas95]. Mirrors are lobes of one
@@ -15,6 +15,16 @@ from jaxtyping import Int32
 from reflet.errors import RefletError
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.gloss.lobe_sums import (
+    EMITTERS_SHELLS,
+    HIDDEN,
+    LIT,
+    LIT_OWN,
+    MOST_SHELLS,
+    NOTHING,
+    RAYS_SHELLS,
+    ROUGH,
+)
 from reflet.trace.layers import Shells
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.light.found_light import found_light
@@ -30,17 +40,8 @@ from reflet.trace.light.radiance import (
     sent_on,
 )
 from reflet.trace.lobe import schlick
-from reflet.trace.lobe_sums import (
-    EMITTERS_SHELLS,
-    HIDDEN,
-    LIT,
-    LIT_OWN,
-    MOST_SHELLS,
-    NOTHING,
-    RAYS_SHELLS,
-    ROUGH,
-)
-from reflet.trace.peel import Drawn, Met, first_met, peeled, seen_through
+from reflet.trace.peel import Drawn, met_through, peeled, seen_through
+from reflet.trace.surface import Surface
 from reflet.trace.visible import first_seen
 
 LEAST_WEIGHT = 1e-6  # of samples that leave the lobe's hemisphere, whose rays are mirrored: no row is without light
@@ -55,10 +56,14 @@ def trace_lobes(
     """
     if shells.count > MOST_SHELLS:
         raise RefletError(f"Rough parts are traced with at most {MOST_SHELLS} shells, not {shells.count}.")
-    own_index = dr.opaque(mi.UInt32, index)
-    numbers = rays.numbers(pixels)
     direction, seen = first_seen(device, rays, pixels)
     surface, _ = arrive(device, seen.triangle, seen.uv, direction, mi.Bool(True), seen.valid)
+    return lobe_samples(device, surface, rays.numbers(pixels), index, shells)
+
+
+def lobe_samples(device: DeviceScene, surface: Surface, numbers, index: int, shells: Shells) -> tuple[np.ndarray, list]:  # type: ignore[no-untyped-def]
+    """The same of surfaces that are seen, of object ``index`` where they reflect, by five uniform ``numbers`` each."""
+    own_index = dr.opaque(mi.UInt32, index)
     active = surface.reflects & (surface.object == own_index)
     rough = active & surface.rough
 
@@ -81,13 +86,7 @@ def trace_lobes(
     local = dr.select(own, local * kept(device, medium, met.t, met.valid), 0.0)
 
     hidden = own | (active & below)  # below its surface the object hides what its lobe would show
-    behind = first_met(device, index, ray, hidden)
-    through = Met(
-        active & dr.select(hidden, behind.valid, met.valid),
-        dr.select(hidden, behind.triangle, met.triangle),
-        mi.Point2f(dr.select(hidden, behind.uv, met.uv)),
-        mi.Point3f(dr.select(hidden, behind.position, ray.o + ray.d * dr.select(met.valid, met.t, 0.0))),
-    )
+    through = met_through(device, index, ray, met, hidden, active)
     beyond = list(peeled(device, index, through, ray.d, active, shells, origin))
     if device.has_glass:
         passes = active & surface.passes
