@@ -41,14 +41,15 @@ def test_metals_reflect_and_the_rest_does_as_far_as_it_is_smooth():
     assert scene.object_of_part == (0, 1, 2, -1, -1, -1)
 
 
-def test_under_an_environment_satin_reflects_and_if_nothing_else_does_all_there_is():
-    satin, cloth = (replace(PAINT, perceptual_roughness=roughness) for roughness in (0.8, 0.9))
-    lamp = replace(cloth, emission=(1.0, 1.0, 1.0), unlit=True)
-    parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate({"a": satin, "b": cloth, "c": lamp}.items())]
-    for some, reflects in ((parts, [True, False, False]), (parts[1:], [True, False])):
-        assert [part.reflective for part in assemble(some, environment=SKY).parts] == reflects
-    with pytest.raises(RefletError, match="all are unlit; choose with --reflect NAME from c"):
-        assemble(parts[2:], environment=SKY)
+def test_under_an_environment_all_reflects_and_where_nothing_else_does_all_there_is():
+    satin, cloth = (replace(PAINT, perceptual_roughness=roughness) for roughness in (0.7, 1.0))
+    lamp = replace(cloth, emission=(1.0, 1.0, 1.0))
+    materials = {"a": satin, "b": cloth, "lamp": lamp, "c": replace(lamp, unlit=True)}
+    parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate(materials.items())]
+    for environment in (SKY, None):
+        assert [part.reflective for part in assemble(parts, environment=environment).parts] == [True] * 3 + [False]
+    with pytest.raises(RefletError, match="all are unlit or left out; choose with --reflect NAME from c"):
+        assemble(parts[3:], environment=SKY)
 
 
 def test_glass_reflects_and_rough_glass_is_said_to_be_clear():
@@ -65,6 +66,12 @@ def test_names_are_forced_whatever_their_case_and_with_stars():
     parts = [Part(n, cube((3.0 * k, 0, 0)), PAINT) for k, n in enumerate(("Vase left", "Vase right", "Table"))]
     scene = assemble(parts, environment=SKY, reflect=["vase*"])
     assert [part.reflective for part in scene.parts] == [True, True, False]
+    left = assemble(parts, environment=SKY, reflect=["none-of vase*"])
+    assert [part.reflective for part in left.parts] == [False, False, True]
+    with pytest.raises(
+        RefletError, match="No part reflects: all are unlit or left out; choose with --reflect NAME from V"
+    ):
+        assemble(parts, environment=SKY, reflect=["none-of *"])
     with pytest.raises(RefletError, match="No part is named lamp; --reflect can name Vase left, Vase right, Table"):
         assemble(parts, environment=SKY, reflect=["lamp"])
 

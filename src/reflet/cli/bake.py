@@ -89,7 +89,12 @@ from reflet.pem.pem import MOST_SHELLS
     help="How parts show one another in their mirrors: their own mesh traced, or, as in the paper, maps around each "
     "part, on a shape.",
 )
-@click.option("--reflect", multiple=True, metavar="NAME", help="A part that reflects; may be given repeatedly.")
+@click.option(
+    "--reflect",
+    multiple=True,
+    metavar="NAME",
+    help="A part that reflects, or 'none-of NAME' one that does not; may be given repeatedly.",
+)
 @codec_option
 @variant_option
 @click.option("--resume", is_flag=True, help="Go on with a bake that was stopped, with the same options.")
@@ -126,7 +131,7 @@ def bake(
     have maps of their own.
 
     SCENE is a .glb, .gltf or .obj file, a Mitsuba .xml scene, or the built-in teapot-room. Metal, glass and what is
-    smooth reflect, under an environment satin too, each by its own material; a mesh without a material is a mirror.
+    smooth reflect, under an environment all else too, each by its own material; a mesh without a material is a mirror.
     What is not given is chosen to frame the reflecting object.
 
     \b

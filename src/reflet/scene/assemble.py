@@ -22,9 +22,12 @@ SMOOTH = TRACED_ROUGHNESS
 mirror. Of what is rougher 4 % and a little more of the light around is spread too wide to be told from diffuse light,
 but for lamps: a room's walls and furniture stay as they are."""
 
-SATIN = 0.8
-"""The same of models that an environment lights. They have no surroundings of their own, their lamps are seen in
-leather and cloth, most of all along the surface, and each is looked at for itself."""
+ALL = 1.0
+"""The same of models that an environment lights: they have no surroundings of their own, and a bright sky is seen in
+leather, wood and cloth, most of all along their surface."""
+
+NONE_OF = "none-of "
+"""Before a name: such parts do not reflect."""
 
 TOUCHING = 0.04
 """Parts that come closer than this share of the smaller one's diagonal form one object. A lid lies loosely in its rim
@@ -39,8 +42,9 @@ def assemble(
     """The scene these parts make.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
-    roughness at most 0.2, with an environment 0.8; where no part is, all do), if they are of glass, or are named in
-    ``reflect``: case does not count, ``*`` matches anything. Glass becomes clear, with a RefletWarning where its
+    roughness at most 0.2, with an environment any; where no part is, all do), if they are of glass, or are named in
+    ``reflect``: case does not count, ``*`` matches anything, names after `NONE_OF` are left out. Where names choose,
+    an environment makes nothing else reflect. Glass becomes clear, with a RefletWarning where its
     roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…; zero-area triangles and
     unused vertices are dropped, the former with a RefletWarning.
 
@@ -51,7 +55,7 @@ def assemble(
     if not checked:
         raise RefletError("The scene holds no triangles; export it with its meshes.")
     named = _uniquely_named(checked)
-    chosen = _chosen(named, reflect, SMOOTH if environment is None else SATIN)
+    chosen = _chosen(named, reflect, alone=environment is not None)
     finished = tuple(replace(part, reflective=p in chosen) for p, part in enumerate(named))
     if environment is None and not any(_emits(part) for part in finished):
         raise RefletError("Nothing in the scene gives light; add --environment FILE.hdr or an emissive material.")
@@ -148,27 +152,33 @@ def _uniquely_named(parts: Sequence[Part]) -> list[Part]:
     return named
 
 
-def _chosen(parts: Sequence[Part], reflect: Sequence[str], smooth: float) -> set[int]:
+def _chosen(parts: Sequence[Part], reflect: Sequence[str], alone: bool) -> set[int]:
     names = ", ".join(part.name for part in parts[:20]) + (", …" if len(parts) > 20 else "")
     forced: set[int] = set()
-    for pattern in reflect:
+    left_out: set[int] = set()
+    for word in reflect:
+        pattern = word.removeprefix(NONE_OF)
         matches = {p for p, part in enumerate(parts) if fnmatchcase(part.name.lower(), pattern.lower())}
         if not matches:
             raise RefletError(f"No part is named {pattern}; --reflect can name {names}.")
-        forced |= matches
+        if pattern == word:
+            forced |= matches
+        else:
+            left_out |= matches
     chosen = set(forced)
+    smooth = ALL if alone and not forced else SMOOTH
     frosted: list[str] = []
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
         shiny = (metallic >= 0.5 or roughness <= smooth) and not part.material.unlit
-        if glass or shiny:
+        if (glass or shiny) and p not in left_out:
             chosen.add(p)
         if glass and roughness > 1e-3:
             frosted.append(f"{part.name} ({roughness:.2f})")
-    chosen = chosen or {p for p, part in enumerate(parts) if not part.material.unlit}
+    chosen = chosen or {p for p, part in enumerate(parts) if not part.material.unlit and p not in left_out}
     if not chosen:
-        raise RefletError(f"No part reflects: all are unlit; choose with --reflect NAME from {names}.")
+        raise RefletError(f"No part reflects: all are unlit or left out; choose with --reflect NAME from {names}.")
     if frosted:
         listed = ", ".join(frosted[:8]) + (", …" if len(frosted) > 8 else "")
         warnings.warn(f"Baked as clear glass whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
