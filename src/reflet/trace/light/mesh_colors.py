@@ -47,11 +47,12 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     larger the farther from the reflective objects, so that the number of sites, and with it the rays, is bounded
     however many triangles there are. About 120 bytes a triangle that shows diffuse light.
     """
-    return sites_of_parts(scene, [k for k, part in enumerate(scene.parts) if _shows_diffuse(part)], budget)
+    shown = [number for number, part in enumerate(scene.parts) if _shows_diffuse(part)]
+    return sites_of_parts(scene, shown, budget, MOST_SITES * budget)
 
 
-def sites_of_parts(scene: Scene, parts: Collection[int], budget: int) -> SampleSites:
-    """The same on the parts of some indices."""
+def sites_of_parts(scene: Scene, parts: Collection[int], budget: int, most: int) -> SampleSites:
+    """The same on the parts of some indices, with at most about ``most`` sites on corners and edges."""
     of_part = np.isin(np.arange(len(scene.parts)), list(parts))
     shows = np.repeat(of_part, np.diff(scene.triangle_offsets))
     shown = np.flatnonzero(shows)
@@ -65,7 +66,7 @@ def sites_of_parts(scene: Scene, parts: Collection[int], budget: int) -> SampleS
     entry = np.arange(offset[-1], dtype=np.int32) - offset[own].astype(np.int32)
     back = entry >= grid[own]
     i, j = _grid_point(entry - back * grid[own], fine[own])
-    site = _sites(corners, normals, vertices, ruler, fine, own, i, j, back, MOST_SITES * budget)
+    site = _sites(corners, normals, vertices, ruler, fine, own, i, j, back, most)
 
     samples = np.arange(len(site), dtype=np.int32)
     by_site = coo_matrix(
