@@ -51,14 +51,19 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     return sites_of_parts(scene, shown, budget, MOST_SITES * budget)
 
 
-def sites_of_parts(scene: Scene, parts: Collection[int], budget: int, most: int) -> SampleSites:
-    """The same on the parts of some indices, with at most about ``most`` sites on corners and edges."""
+def sites_of_parts(
+    scene: Scene, parts: Collection[int], budget: int, most: int, *, shared: bool = False
+) -> SampleSites:
+    """The same on the parts of some indices, with at most about ``most`` sites on corners and edges.
+
+    The budget is of samples, or, ``shared``, of sites on meshes whose triangles share theirs.
+    """
     of_part = np.isin(np.arange(len(scene.parts)), list(parts))
     shows = np.repeat(of_part, np.diff(scene.triangle_offsets))
     shown = np.flatnonzero(shows)
     corners, normals, vertices, sides = _shown(scene, of_part)
     ruler = _ruler(corners, scene)
-    fine = _resolutions(corners, sides, ruler, budget)
+    fine = _resolutions(corners, sides, ruler, budget, shared)
 
     grid = (fine + 1) * (fine + 2) // 2
     offset = np.concatenate([[0], np.cumsum(grid * sides)])
@@ -178,15 +183,21 @@ def _resolutions(
     sides: Int[np.ndarray, "triangles"],
     ruler: Float[np.ndarray, "triangles"],
     budget: int,
+    shared: bool,
 ) -> Int[np.ndarray, "triangles"]:
     """Samples along each triangle's edge: its longest edge over a spacing that keeps the budget.
 
     Where samples at the corners alone would spend the budget, it is all for the triangles that have more than those.
+    In a large mesh R²/2 are a triangle's own: half of each edge's, a sixth of each corner's.
     """
     edges = corners - np.roll(corners, 1, axis=1)
     edge = np.sqrt(np.einsum("tki,tki->tk", edges, edges, dtype=np.float64).max(-1))
     ratio = edge / ruler
-    spent = 3 * int(sides.sum()) > budget
+
+    def held(resolution: np.ndarray) -> np.ndarray:
+        return resolution**2 / 2.0 if shared else (resolution + 1) * (resolution + 2) / 2.0
+
+    spent = float((held(np.ones(1)) * sides).sum()) > budget
     # more triangles than that cannot have more samples than their corners'
     largest = np.argpartition(ratio, -budget)[-budget:] if spent and len(ratio) > budget else slice(None)
     large, large_sides = ratio[largest], sides[largest]
@@ -194,10 +205,10 @@ def _resolutions(
     def with_scale(ratio: np.ndarray, scale: float) -> np.ndarray:
         return np.clip(np.ceil(ratio * scale), 1, FINEST).astype(np.int64)
 
-    def count(scale: float) -> int:
+    def count(scale: float) -> float:
         resolution = with_scale(large, scale)
-        samples = (resolution + 1) * (resolution + 2) // 2 * large_sides
-        return int(samples[resolution > 1].sum() if spent else samples.sum())
+        samples = held(resolution) * large_sides
+        return float(samples[resolution > 1].sum() if spent else samples.sum())
 
     low, high = 1e-6, 1e6
     for _ in range(60):
