@@ -53,7 +53,12 @@ def test_rough_surfaces_see_their_lobe_whatever_is_beside_them(materials: tuple[
     assert np.abs(wanted - chain.level(plain, level)).max() > 0.02
 
 
-def test_mirrors_see_the_map_as_it_is() -> None:
-    scene = scene_of(MIRROR, MIRROR)
+@pytest.mark.parametrize(
+    "other",
+    [MIRROR, Material("paint", (0.5, 0.5, 0.5), 0.0, 0.9), replace(ROUGH, base_color=(0.1, 0.1, 0.1))],
+    ids=["mirrors", "paint", "dark metal"],
+)
+def test_mirrors_see_the_map_as_it_is_also_beside_what_hardly_reflects(other: Material) -> None:
+    scene = scene_of(MIRROR, other)
     probe = probe_of(scene, 16)
     assert seen_by(scene, (0, 1), probe, 0) is probe.shells[0].texels

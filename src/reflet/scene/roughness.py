@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from reflet.scene.scene import Part, Scene
-from reflet.scene.surface_mean import surface_texels
+from reflet.scene.surface_mean import surface_area, surface_texels
 
 LEAST_ROUGHNESS = 0.03
 """Below this perceptual_roughness a lobe is taken for a mirror: half of what it shows lies within 2α = 1.8 mrad of the
@@ -27,6 +27,20 @@ def is_rough(part: Part) -> bool:
 def least_roughness(parts: Collection[Part]) -> float:
     """The least perceptual_roughness on the surfaces of some reflective parts; 0 where one of them is a mirror."""
     return min((float(np.quantile(_on_surface(part), _FEW)) if is_rough(part) else 0.0 for part in parts), default=0.0)
+
+
+def share_smoother(parts: Collection[Part], roughness: float) -> float:
+    """Of the light that some reflective parts mirror, in the mean over their surface and seen along its normal, the
+    share of what is smoother than a perceptual roughness."""
+    smooth, all_of_it = 0.0, 0.0
+    for part in parts:
+        texels, material = surface_texels(part), part.material
+        metallic = material.metallic * (np.ones(1) if texels is None else texels[:, 2] / 255.0)
+        metal, dielectric = (float(np.mean(color)) for color in (material.base_color, material.dielectric_f0))
+        mirrored = surface_area(part.mesh) * (dielectric + metallic * (metal - dielectric))
+        smooth += float(np.mean(mirrored * (_on_surface(part) < roughness)))
+        all_of_it += float(np.mean(mirrored))
+    return smooth / all_of_it if all_of_it > 0.0 else 0.0
 
 
 def has_wide_lobes(part: Part) -> bool:

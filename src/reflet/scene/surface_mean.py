@@ -10,10 +10,19 @@ from reflet.scene.scene import Part
 _POINTS = 16384
 
 
+def surface_area(mesh: Mesh) -> float:
+    """Square metres of one side of a mesh."""
+    return float(_areas(mesh).sum())
+
+
+def _areas(mesh: Mesh) -> Float[np.ndarray, "triangles"]:
+    p = mesh.positions[mesh.triangles].astype(np.float64)
+    return np.asarray(0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1))
+
+
 def surface_points(mesh: Mesh, count: int) -> tuple[Integer[np.ndarray, "count"], Float[np.ndarray, "count 3"]]:
     """Triangles and barycentric coordinates of ``count`` points spread evenly over a mesh's area; always the same."""
-    p = mesh.positions[mesh.triangles].astype(np.float64)
-    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    area = 2.0 * _areas(mesh)
     reach = np.cumsum(area)
     triangle = np.searchsorted(reach, (np.arange(count) + 0.5) / count * reach[-1], side="right")
     triangle = np.minimum(triangle, len(area) - 1)

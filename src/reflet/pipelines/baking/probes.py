@@ -14,7 +14,7 @@ from reflet.infer.prior import lobe_levels, prior_texels
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
-from reflet.scene.roughness import is_rough, least_roughness
+from reflet.scene.roughness import is_rough, least_roughness, share_smoother
 from reflet.scene.scene import Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
@@ -22,6 +22,7 @@ from reflet.trace.tracer import Tracer
 
 PROBE_SPP = 16  # more show nothing: pictures average many texels
 _FINE = 2  # the level that the least lobes to filter for read: they are interpolated with the one that is finer
+_SHARP = 0.75  # share of the mirrored light
 STATIC_LOD_BIAS = -2.5  # static maps are filtered once already: finer lookups show more of them
 
 
@@ -83,11 +84,13 @@ def seen_by(
     """A shell of a probe as some parts look it up: its levels filtered by their lobes, where any of them is rough.
 
     Where others mirror, or are smooth here and there, level 0 stays as it is for them, and nearly all that they read.
+    All does where most of what is mirrored is sharp: bumps that are mirrors read coarse levels, and tails of lobes
+    would veil them.
     """
     texels, looking = probe.shells[shell].texels, [scene.parts[p] for p in parts]
-    if not any(map(is_rough, looking)):
-        return texels
     fine = roughness_of_level(_FINE, probe.chain.size)
+    if not any(map(is_rough, looking)) or share_smoother(looking, fine) > _SHARP:
+        return texels
     return lobe_levels(probe.chain, texels, max(least_roughness(looking), fine))
 
 
