@@ -12,8 +12,8 @@ shells, its own) and one relief against *one box*, by all three ways to draw.
 
 Last, own meshes traced, with five hits and with two, over two shells, against *layered*: one sample a pixel.
 
-Rough parts, of roughness 0.3 and of 0.15, which are traced, against the same as *mirrors*: layers blended, and two
-shells with five hits.
+Rough parts, of roughness 0.3, whose local light is on the surface where mirrors' is traced, and of 0.15, which are
+traced, against the same as *mirrors*: layers blended, and two shells with five hits.
 
 Last, samples where they count: 16 and 64 where those disagree, and 64 everywhere, against *16* everywhere; then 4 and
 16 where those disagree, and 16 everywhere, against *4*; each with the share of the object's pixels that take more.
@@ -47,9 +47,11 @@ from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.readers.gltf.read import read_gltf
+from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION
 from reflet.shaders.link import link_text
@@ -176,9 +178,24 @@ def two_shells(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
 
 
 def roughened(pem: ParameterizedEnvironmentMap, roughness: float) -> ParameterizedEnvironmentMap:
-    """The PEM with all that reflects of this roughness."""
+    """The PEM with all that reflects of this roughness, and local light for it where rays are not traced for it."""
     parts = (replace(part, material=replace(part.material, perceptual_roughness=roughness)) for part in pem.scene.parts)
-    return replace(pem, scene=replace(pem.scene, parts=tuple(parts)))
+    out = replace(pem, scene=replace(pem.scene, parts=tuple(parts)))
+    return replace(out, surface=dark_surface(out.scene)) if pem.most_hits and roughness > TRACED_ROUGHNESS else out
+
+
+def dark_surface(scene: Scene) -> SurfaceLayer:
+    """Nothing to see, at a site for each vertex of what reflects."""
+    counts = [len(part.mesh.triangles) for part in scene.parts]
+    starts = np.cumsum([0] + [len(part.mesh.positions) for part in scene.parts])
+    shines = np.repeat([part.reflective for part in scene.parts], counts)
+    corners = np.concatenate([part.mesh.triangles + first for part, first in zip(scene.parts, starts, strict=False)])
+    return SurfaceLayer(
+        resolution=shines.astype(np.uint32),
+        offset=(3 * np.arange(len(shines))).astype(np.uint32),
+        site=corners.ravel().astype(np.uint32),
+        light=np.zeros((starts[-1], SIDE * SIDE, 4), np.float16),
+    )
 
 
 def measure(title: str, frames: dict[str, Callable[[], object]]) -> None:
