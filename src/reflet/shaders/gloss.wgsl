@@ -35,6 +35,38 @@ fn tilted(r: vec3f, spread: f32, across: bool) -> vec3f {
   return sqrt(1.0 - spread * spread) * r + spread * select(t, cross(r, t), across);
 }
 
+// Numbers in [0, 1) of a sub-sample, evenly spread over those of its pixel, by which rays are drawn from lobes. 0 where a picture
+// has too few sub-samples for that: it follows their peaks.
+var<private> chances: vec3f = vec3f(0.0);
+
+const MANY = -1.99;  // the LOD bias of textures in pictures of 16 samples or more
+
+fn set_chances(position: vec4f, sub_sample: u32) {
+  if (!any_is(PART_ROUGH) || frame.texture_lod_bias > MANY) {
+    return;
+  }
+  let pixel = u32(position.y) * u32(frame.width) + u32(position.x);
+  var x = pixel * 747796405u + 2891336453u;
+  x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
+  x = (x >> 22u) ^ x;
+  let bits = vec3u(x, x * 2654435769u, x * 2246822519u);
+  // powers of 1/φ, φ⁴ = φ + 1
+  let spread = f32(sub_sample) * vec3f(0.81917251, 0.67104361, 0.54970048);
+  chances = fract(vec3f(bits >> vec3u(8u)) * 0x1p-24 + spread);
+}
+
+// What turns the unit vector r into a ray of the lobe about it that is as wide as `spread` says: half vectors of n = v = r with
+// tan² θ = α² u/(1 - u), α² of the spread's arc taken for its sine.
+fn drawn_offset(r: vec3f, spread: f32) -> vec3f {
+  let x = 0.75 * spread;
+  let squared_tangent = x * x / (0.41421356 + x * x) * chances.x / (1.0 - chances.x);
+  let squared_cosine = 1.0 / (1.0 + squared_tangent);
+  let sine = 2.0 * sqrt(squared_tangent) * squared_cosine;
+  let t = normalize(select(vec3f(0.0, r.z, -r.y), vec3f(-r.z, 0.0, r.x), abs(r.y) < 0.9));
+  let turn = 6.2831853 * chances.y;
+  return (2.0 * squared_cosine - 2.0) * r + sine * (cos(turn) * t + sin(turn) * cross(r, t));
+}
+
 // The mirrored ray r as the lobe's peak leans from it towards the normal; r itself of mirrors, whose lean is 0.
 fn leaning(r: vec3f, n: vec3f, lean: f32) -> vec3f {
   if (!any_is(PART_ROUGH) || lean == 0.0) {

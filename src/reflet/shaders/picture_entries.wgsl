@@ -30,6 +30,7 @@ fn picture_single(in: Raster) -> @location(0) vec4f {
   if (goes_through(s, in.position, in.identity.z)) {
     discard;
   }
+  set_chances(in.position, in.identity.z);
   return shade(s);
 }
 
@@ -40,6 +41,7 @@ fn picture_multi(in: Raster, @builtin(sample_index) sub_sample: u32) -> @locatio
   if (goes_through(s, in.position, sub_sample)) {
     discard;
   }
+  set_chances(in.position, sub_sample);
   return min(shade(s), vec4f(LARGEST_HALF));
 }
 
@@ -50,6 +52,7 @@ fn picture_single_fast(in: Interpolated, @builtin(front_facing) front: bool) -> 
   if (goes_through(s, in.position, in.identity.z)) {
     discard;
   }
+  set_chances(in.position, in.identity.z);
   return shade(s);
 }
 
@@ -62,5 +65,6 @@ fn picture_multi_fast(
   if (goes_through(s, in.position, sub_sample)) {
     discard;
   }
+  set_chances(in.position, sub_sample);
   return min(shade(s), vec4f(LARGEST_HALF));
 }

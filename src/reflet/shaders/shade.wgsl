@@ -82,7 +82,7 @@ fn reflective(s: Sample) -> vec3f {
   }
   let n = shading_normal(s.here, s.ng);
   let gloss = gloss_at(s, n);
-  let traced = gloss.roughness <= TRACED_ROUGHNESS;
+  let traced = gloss.roughness <= TRACED_ROUGHNESS * (1.0 + chances.z);  // the one and the other side by side, if there is time
   var shown = radiance_met(s, mirrors_of(s, n, gloss), traced);
   if (part_is(PART_SURFACE) && !traced && switched_on(SHOW_LOCAL)) {
     let light = surface_light(s.triangle, s.b, s.back, mirrored(s.here.ray, n, s.ng));

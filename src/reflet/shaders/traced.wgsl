@@ -328,11 +328,28 @@ fn radiance_met(s: Sample, m: Mirrors, traced: bool) -> vec3f {
   return radiance_along(mirrored_from(s, m), traced && switched_on(SHOW_LOCAL));
 }
 
-// The rays are followed, or else they meet nothing. What is looked up in the end is so in one place, as above.
+// The rays as one of their lobe, if any is drawn. Neighbours turn as it does; none of them goes below the surface.
+fn drawn(start: Leaving) -> Leaving {
+  let m = start.rays;
+  if (chances.x == 0.0 || m.spread == 0.0) {
+    return start;
+  }
+  var by = drawn_offset(m.r0, m.spread);
+  by += max(1e-3 - dot(m.r0 + by, start.side), 0.0) * start.side;
+  var turned = start;
+  turned.rays = Mirrors(
+    m.p0, normalize(m.r0 + by), m.p1, normalize(m.r1 + by), m.p2, normalize(m.r2 + by), m.bounced, 0.0);
+  return turned;
+}
+
+// The rays are followed, of a lobe one, or else they meet nothing and the lobe is looked up. What is looked up in the end is so in one place, as above.
 fn radiance_along(start: Leaving, followed: bool) -> vec3f {
   var way = Way(vec3f(0.0), vec3f(1.0), start.rays, vec4u(0u));
   if (followed) {
-    way = follow(start);
+    way = follow(drawn(start));
+    if (way.hits[0] == 0u) {
+      way.end = start.rays;
+    }
   }
   let seen = way.light + way.throughput * incident_radiance(way.end, false);
   if (way.hits[0] == 0u) {
