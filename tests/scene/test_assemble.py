@@ -41,10 +41,23 @@ def test_metals_reflect_and_the_rest_does_as_far_as_it_is_smooth():
     assert scene.object_of_part == (0, 1, 2, -1, -1, -1)
 
 
-def test_under_an_environment_all_reflects_and_where_nothing_else_does_all_there_is():
-    satin, cloth = (replace(PAINT, perceptual_roughness=roughness) for roughness in (0.7, 1.0))
+def test_under_an_environment_a_model_reflects_and_its_surroundings_do_not():
+    """Walls three times as large as all of the metal; lamps."""
+    cloth = replace(PAINT, perceptual_roughness=1.0)
     lamp = replace(cloth, emission=(1.0, 1.0, 1.0))
-    materials = {"a": satin, "b": cloth, "lamp": lamp, "c": replace(lamp, unlit=True)}
+    materials = {"screw": MIRROR, "seat": cloth, "lamp": lamp, "sign": replace(lamp, unlit=True)}
+    parts = [Part(n, cube((1.5 * k, 0, 0)), m) for k, (n, m) in enumerate(materials.items())]
+    large = cube()
+    walls = Part("walls", replace(large, positions=3.0 * large.positions), cloth)
+    under_sky, lit = (assemble([*parts, walls], environment=environment) for environment in (SKY, None))
+    assert [part.reflective for part in under_sky.parts] == [True, True, False, False, False]
+    assert [part.reflective for part in lit.parts] == [True, False, False, False, False]
+
+
+def test_where_nothing_reflects_all_there_is_does():
+    cloth = replace(PAINT, perceptual_roughness=1.0)
+    lamp = replace(cloth, emission=(1.0, 1.0, 1.0))
+    materials = {"a": cloth, "lamp": lamp, "b": cloth, "c": replace(lamp, unlit=True)}
     parts = [Part(n, cube((3.0 * k, 0, 0)), m) for k, (n, m) in enumerate(materials.items())]
     for environment in (SKY, None):
         assert [part.reflective for part in assemble(parts, environment=environment).parts] == [True] * 3 + [False]

@@ -22,9 +22,10 @@ SMOOTH = TRACED_ROUGHNESS
 mirror. Of what is rougher 4 % and a little more of the light around is spread too wide to be told from diffuse light,
 but for lamps: a room's walls and furniture stay as they are."""
 
-ALL = 1.0
-"""The same of models that an environment lights: they have no surroundings of their own, and a bright sky is seen in
-leather, wood and cloth, most of all along their surface."""
+SURROUNDINGS = 1.75
+"""Under an environment all else reflects as well, but for what is so many times as large (boxes' diagonals) as all that
+reflects by these rules: a bright sky is seen in leather, wood and cloth, most of all along their surface, while walls
+and floors around a model are its surroundings."""
 
 NONE_OF = "none-of "
 """Before a name: such parts do not reflect."""
@@ -42,11 +43,11 @@ def assemble(
     """The scene these parts make.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
-    roughness at most 0.2, with an environment any; where no part is, all do), if they are of glass, or are named in
-    ``reflect``: case does not count, ``*`` matches anything, names after `NONE_OF` are left out. Where names choose,
-    an environment makes nothing else reflect. Glass becomes clear, with a RefletWarning where its
-    roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…; zero-area triangles and
-    unused vertices are dropped, the former with a RefletWarning.
+    roughness at most 0.2), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches
+    anything, names after `NONE_OF` are left out. Where no part reflects so all do; and where an environment lights them
+    and no names choose, all that are not their `SURROUNDINGS` and do not shine. Glass becomes clear, with a
+    RefletWarning where its roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…;
+    zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
 
     Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
     nothing, scenes where nothing can reflect, and scenes without any light.
@@ -166,23 +167,34 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str], alone: bool) -> set[i
         else:
             left_out |= matches
     chosen = set(forced)
-    smooth = ALL if alone and not forced else SMOOTH
     frosted: list[str] = []
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
-        shiny = (metallic >= 0.5 or roughness <= smooth) and not part.material.unlit
+        shiny = (metallic >= 0.5 or roughness <= SMOOTH) and not part.material.unlit
         if (glass or shiny) and p not in left_out:
             chosen.add(p)
         if glass and roughness > 1e-3:
             frosted.append(f"{part.name} ({roughness:.2f})")
-    chosen = chosen or {p for p, part in enumerate(parts) if not part.material.unlit and p not in left_out}
+    others = {p for p, part in enumerate(parts) if not part.material.unlit} - left_out - chosen
+    if not chosen:
+        chosen = others
+    elif alone and not forced:
+        most = SURROUNDINGS * _diagonal([parts[p] for p in chosen])
+        chosen |= {p for p in others if _diagonal([parts[p]]) <= most and not _emits(parts[p])}
     if not chosen:
         raise RefletError(f"No part reflects: all are unlit or left out; choose with --reflect NAME from {names}.")
     if frosted:
         listed = ", ".join(frosted[:8]) + (", …" if len(frosted) > 8 else "")
         warnings.warn(f"Baked as clear glass whatever their roughness: {listed}.", RefletWarning, stacklevel=3)
     return chosen
+
+
+def _diagonal(parts: Sequence[Part]) -> float:
+    """Metres, of the box around some parts."""
+    lower = np.min([part.mesh.positions.min(axis=0) for part in parts], axis=0)
+    upper = np.max([part.mesh.positions.max(axis=0) for part in parts], axis=0)
+    return float(np.linalg.norm(np.subtract(upper, lower, dtype=np.float64)))
 
 
 def _emits(part: Part) -> bool:
