@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scenes import SKY, torus, traced_pem
+from scenes import SKY, quad, torus, traced_pem
 from surface_layers import looked_up, random_surface
 
 from reflet.pem.pem import ParameterizedEnvironmentMap
@@ -54,6 +54,26 @@ def test_smooth_parts_are_traced_instead() -> None:
     view = pem.space.orbit.camera({"azimuth_deg": 60.5})
     with_maps, without = (Renderer(each).frame(view, samples=1) for each in (pem, replace(pem, surface=None)))
     np.testing.assert_array_equal(with_maps, without)
+
+
+def test_samples_draw_their_rays_from_the_lobe() -> None:
+    """A wall mirrored in a floor: by its edge some of a pixel's samples see it and some the sky, as of no mirror; of
+    four samples a pixel all follow the peak."""
+    floor = quad(np.array([(-0.5, 0.0, -0.5), (-0.5, 0.0, 0.5), (0.5, 0.0, 0.5), (0.5, 0.0, -0.5)]))
+    wall = quad(np.array([(-0.5, 0.0, -0.5), (0.5, 0.0, -0.5), (0.5, 0.3, -0.5), (-0.5, 0.3, -0.5)]))
+    dark = Material("dark", (0.0, 0.0, 0.0), 1.0, 0.0)
+    mixed = {}
+    for roughness in (0.0, 0.19):
+        metal = Material("metal", (1.0, 1.0, 1.0), 1.0, roughness)
+        pem = traced_pem(Part("floor", floor, metal, True), Part("wall", wall, dark, True))
+        renderer = Renderer(pem)
+        view = pem.space.orbit.camera({"azimuth_deg": 270.0, "elevation_deg": 30.0})
+        for samples in (4, 16):
+            picture = renderer.frame(view, samples=samples, what="object")
+            share = picture[picture[..., 3] == 1.0][:, 1] / SKY[1]
+            mixed[roughness, samples] = int(((share > 0.1) & (share < 0.9)).sum())
+    assert mixed[0.19, 16] > 3 * mixed[0.0, 16] + 30, mixed
+    assert mixed[0.19, 4] < 0.5 * mixed[0.19, 16], mixed
 
 
 def test_without_local_light_the_sky_is_seen_whole() -> None:

@@ -262,9 +262,9 @@ def _surface(
     writer: PemWriter,
     progress: ProgressCallback,
 ) -> SurfaceLayer | None:
-    """Local light of parts whose lobes are wide, beside the base's maps; kept like irradiance."""
+    """Local light of parts whose lobes are wide, beside the base's maps; kept like irradiance. None without a base."""
     parts = [number for number, part in enumerate(tracer.scene.parts) if has_wide_lobes(part)]
-    if not parts:
+    if not parts or not base.maps:
         return None
     state = writer.load_state("surface")
     if state is not None:

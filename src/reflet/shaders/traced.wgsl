@@ -342,7 +342,8 @@ fn drawn(start: Leaving) -> Leaving {
   return turned;
 }
 
-// The rays are followed, of a lobe one, or else they meet nothing and the lobe is looked up. What is looked up in the end is so in one place, as above.
+// The rays are followed, of a lobe one, or else they meet nothing and the lobe is looked up. What is looked up in the end is so
+// in one place: programs would hold the lookup twice.
 fn radiance_along(start: Leaving, followed: bool) -> vec3f {
   var way = Way(vec3f(0.0), vec3f(1.0), start.rays, vec4u(0u));
   if (followed) {

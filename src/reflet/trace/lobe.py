@@ -25,8 +25,8 @@ class GlossyLobe:
 
     It is turned about the ``normal`` that mirrors the viewer to where the project's mirror does: the shading normal n,
     but for rays bent above the surface of geometric normal ng, whose lobe would lie below it or have n·v < 0. Where
-    alpha = perceptual_roughness² is below `LEAST_ALPHA` the lobe is ``smooth``: a mirror along ``mirrored``, of which
-    `evaluate` knows nothing. All directions are in world space.
+    ``alpha``, perceptual_roughness², is below `LEAST_ALPHA` the lobe is ``smooth``: a mirror along ``mirrored``, of
+    which `evaluate` knows nothing. All directions are in world space.
     """
 
     def __init__(self, towards, n, ng, perceptual_roughness) -> None:  # type: ignore[no-untyped-def]

@@ -7,7 +7,7 @@ octahedral map of `SIDE`² texels: what the surface mirrors there along a texel'
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float16, Int64, UInt32
+from jaxtyping import Float, Float16, Int64, UInt32
 
 from reflet.envmap.parameterizations.octahedral import Octahedral
 
@@ -34,7 +34,7 @@ class SurfaceLayer:
     light: Float16[np.ndarray, "sites texels 4"]
 
 
-def texel_directions() -> np.ndarray:
+def texel_directions() -> Float[np.ndarray, "texels 3"]:
     """Unit directions of a map's texels."""
     middle = (np.arange(SIDE) + 0.5) / SIDE
     uv = np.stack(np.meshgrid(middle, middle), -1).reshape(-1, 2)
