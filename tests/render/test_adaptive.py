@@ -14,7 +14,7 @@ from reflet.render.playback.target import Target
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, Adaptive
+from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, NAMED_SAMPLES, Adaptive, resolved_samples
 
 SIZE = 32
 FACING = Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), fov_deg=90.0, width=SIZE, height=SIZE)  # z = 0 from -1 to 1
@@ -139,3 +139,14 @@ def test_the_memory_of_a_target_is_what_it_says() -> None:
 def test_counts_are_those_of_a_picture() -> None:
     with pytest.raises(RefletError, match="ask for a frame first"):
         Renderer(mirror_torus_pem()).samples_taken()
+
+
+def test_samples_go_by_name_and_others_are_refused() -> None:
+    pem = mirror_torus_pem()
+    renderer, camera = Renderer(pem), pem.space.camera(0)
+    for name, meant in NAMED_SAMPLES.items():
+        renderer.frame(camera, samples=name)
+        assert set(np.unique(renderer.samples_taken())) == {meant.first, meant.most}
+    for odd in (0, 5, "fast"):
+        with pytest.raises(RefletError, match="1, 4, 16, 64 or 256, or one of adaptive, quick, motion, not"):
+            resolved_samples(odd)

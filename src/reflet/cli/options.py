@@ -10,7 +10,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.files.pictures.cube_layouts import LAYOUTS
 from reflet.pem.layout import CODECS
-from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION, QUICKLY, SAMPLE_COUNTS, Adaptive
+from reflet.scene.views.sample_pattern import NAMED_SAMPLES, SAMPLE_COUNTS, Adaptive
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}  # Mitsuba's names of what ours mean
 
@@ -29,12 +29,7 @@ codec_option = click.option(
     show_default=True,
     help="How maps and environment are stored: coded small, or none: half floats in KTX2, and floats.",
 )
-_SAMPLES: dict[str, int | Adaptive] = {
-    "adaptive": AT_REST,
-    "quick": QUICKLY,
-    "motion": IN_MOTION,
-    **{str(n): n for n in SAMPLE_COUNTS},
-}
+_SAMPLES: dict[str, int | Adaptive] = {**NAMED_SAMPLES, **{str(n): n for n in SAMPLE_COUNTS}}
 
 
 def samples_option(default: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -27,14 +27,14 @@ from reflet.pipelines.rivals import as_if_smooth, engine_lights, static_shells
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name
 from reflet.render.playback.layouts import Shown
-from reflet.render.playback.renderer import ALL_SHOWN, Renderer, Samples
+from reflet.render.playback.renderer import ALL_SHOWN, Renderer
 from reflet.report.comparison import Comparison, Exhibit, Viewpoint
 from reflet.report.measures import EXPOSURE, PIXELS_PER_DEGREE, bounding_box, squared_error
 from reflet.report.tally import Tally
 from reflet.scene.roughness import is_rough
 from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace, orbit_space
-from reflet.scene.views.sample_pattern import QUICKLY
+from reflet.scene.views.sample_pattern import QUICKLY, Samples
 from reflet.trace.compose import compose, object_radiance, object_under_distant
 from reflet.trace.layers import Shells, StaticProbe
 from reflet.trace.tracer import Tracer

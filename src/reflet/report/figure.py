@@ -16,7 +16,7 @@ BACKGROUND = 0.96  # display value behind the object
 ERROR_MAX = 0.5  # FLIP error at the top of the colour scale: such a pixel is plainly wrong
 ERROR_COLOURS = colormaps["magma"]
 INK, SOFT_INK = "#1d1d1f", "#6e6e73"
-WIDTH, TITLE, CAPTION = 10.0, 0.4, 0.31  # inches: the figure's width, the heights of column titles and captions
+WIDTH, TITLE, CAPTION = 10.0, 0.4, 0.43  # inches: the figure's width, the heights of column titles and captions
 CURVES, MARGIN = 2.6, 0.5  # inches: the height of the curves and of what lies around them
 
 Picture = Float[np.ndarray, "height width 3"]
@@ -64,8 +64,9 @@ def comparison_figure(comparison: Comparison, exposure: float = EXPOSURE) -> byt
             cell(row + 1, column).imshow(_error_image(picture, exhibit, exposure))
             caption = cell(row + 2, column)
             weight = "bold" if result.psnr_display == best else "normal"
-            _write(caption, 0.72, f"{result.psnr_display:.1f} dB", size=8.4, weight=weight)
-            _write(caption, 0.3, f"SSIM {_short(result.ssim)}  FLIP {_short(result.flip)}", size=6.2, color=SOFT_INK)
+            _write(caption, 0.8, f"{result.psnr_display:.1f} dB", size=8.4, weight=weight)
+            _write(caption, 0.5, f"SSIM {_short(result.ssim)}", size=6.2, color=SOFT_INK)
+            _write(caption, 0.24, f"FLIP {_short(result.flip)}", size=6.2, color=SOFT_INK)
     height = sum(heights)
     curves = figure.add_axes((MARGIN / WIDTH, MARGIN / height, 0.7, (CURVES - 0.1) / height))
     draw_curves(curves, comparison, shown, INK, SOFT_INK)

@@ -27,10 +27,9 @@ from reflet.render.playback.scene_buffers import SceneBuffers
 from reflet.render.playback.stacks import stacks_of
 from reflet.render.playback.target import Target
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.sample_pattern import AT_REST, Adaptive
+from reflet.scene.views.sample_pattern import Adaptive, Samples, resolved_samples
 
 ALL_SHOWN: frozenset[Shown] = frozenset(SWITCHES)
-Samples = int | Adaptive | Literal["adaptive"]  # a pixel; "adaptive" is `AT_REST`
 
 
 class Renderer:
@@ -76,16 +75,17 @@ class Renderer:
         """Linear radiance, and coverage in alpha.
 
         ``samples`` a pixel (1, 4, 16, 64 or 256) are by default those that the maps were inferred for; "adaptive" takes
-        16, and 256 where those or a neighbour's disagree (`AT_REST`; any other `Adaptive` likewise). ``blend`` mixes
-        the maps around the camera's point of the parameter space, else the nearest are shown; ``point`` names another.
-        ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and "local": what local
-        maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells`` are the numbers of
-        those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of the distant light
-        that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0 shows the samples
-        alone, 1 the base alone. ``by_origin`` shows mirrored light in the colour of where it comes from, with its own
-        luminance: orange from the object's own mesh or local maps, blue from the last shell, green from the nearest
-        before it and yellow from one between them. The "object" is what fronts of reflective parts show, multiplied by
-        its coverage. ``multisampled`` draws four samples in one pass with half-float radiance, as viewers do in motion.
+        16, and 256 where those or a neighbour's disagree ("quick" 16 and 64, "motion" 4 and 16, and any `Adaptive`).
+        ``blend`` mixes the maps around the camera's point of the parameter space, else the nearest are shown; ``point``
+        names another. ``layers`` may leave out any of "diffuse", "fresnel" (reflectance is then 1), "distant" and
+        "local": what local maps hold or, of a PEM with hits, what mirrors that are met send and reflect; ``shells`` are
+        the numbers of those distant layers of an object that are shown, the nearest is 0. ``base`` is the share of the
+        distant light that comes from the maps that serve every viewpoint, by default `base_share` of the point: 0 shows
+        the samples alone, 1 the base alone. ``by_origin`` shows mirrored light in the colour of where it comes from,
+        with its own luminance: orange from the object's own mesh or local maps, blue from the last shell, green from
+        the nearest before it and yellow from one between them. The "object" is what fronts of reflective parts show,
+        multiplied by its coverage. ``multisampled`` draws four samples in one pass with half-float radiance, as viewers
+        do in motion.
         Unless ``exact``, surfaces are interpolated by the rasterizer, which is faster, and a little different on every
         driver.
         """
@@ -178,7 +178,7 @@ class Renderer:
         return self._buffers.part_groups(arrays)
 
     def _asked(self, samples: Samples | None) -> int | Adaptive:
-        return AT_REST if samples == "adaptive" else samples or self.pem.sample_count
+        return self.pem.sample_count if samples is None else resolved_samples(samples)
 
     def _blend(
         self, camera: Camera, blend: bool, point: Mapping[str, float] | None, share: float | None, local: bool

@@ -58,6 +58,18 @@ class Adaptive:
 
 
 AT_REST, QUICKLY, IN_MOTION = Adaptive(16, 256), Adaptive(16, 64), Adaptive(4, 16)
+NAMED_SAMPLES: dict[str, Adaptive] = {"adaptive": AT_REST, "quick": QUICKLY, "motion": IN_MOTION}
+Samples = int | Adaptive | str  # a pixel; by name as `NAMED_SAMPLES`
+
+
+def resolved_samples(samples: Samples) -> int | Adaptive:
+    """What a name of `NAMED_SAMPLES` stands for, or the samples a pixel themselves; RefletError for others."""
+    if isinstance(samples, str) and samples in NAMED_SAMPLES:
+        return NAMED_SAMPLES[samples]
+    if isinstance(samples, str) or (isinstance(samples, int) and samples not in SAMPLE_COUNTS):
+        names = ", ".join(NAMED_SAMPLES)
+        raise RefletError(f"Samples a pixel must be 1, 4, 16, 64 or 256, or one of {names}, not {samples}.")
+    return samples
 
 
 def sample_positions(count: int) -> Float[np.ndarray, "count 2"]:
