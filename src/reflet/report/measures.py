@@ -7,10 +7,8 @@ computed in float64, but FLIP, whose package works in float32.
 
 from dataclasses import dataclass
 
-import flip_evaluator
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
-from skimage.metrics import structural_similarity
 
 from reflet.errors import RefletError
 
@@ -80,6 +78,8 @@ def ssim_map(reference: Picture, image: Picture, mask: Mask, exposure: float = E
     The map has the extent of `bounding_box` of the mask.
     """
     a, b = _display_crops(reference, image, mask, exposure)
+    from skimage.metrics import structural_similarity  # here, for bakes need none of it: 0.3 s
+
     _, similarity = structural_similarity(a, b, win_size=SSIM_WINDOW, data_range=1.0, channel_axis=-1, full=True)
     return similarity
 
@@ -95,6 +95,8 @@ def flip_map(
 ) -> Float[np.ndarray, "rows columns"]:
     """FLIP error in [0, 1] of the tone-mapped pictures, at 67 pixels a degree; extent: `bounding_box` of the mask."""
     a, b = _display_crops(reference, image, mask, exposure)
+    import flip_evaluator  # likewise
+
     error, _, _ = flip_evaluator.evaluate(
         a.astype(np.float32),
         b.astype(np.float32),
