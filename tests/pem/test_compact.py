@@ -30,6 +30,14 @@ def light(position):
     return np.exp(2.0 * np.sin(3.0 * position)).astype(np.float32)
 
 
+LUMINANCE = np.float32([0.2126, 0.7152, 0.0722])
+
+
+def bends(position):
+    """Ratios of gradients to luminance that tell where they are, of either sign, small and large."""
+    return (np.sinh(3.0 * np.sin(2.0 * position)) * (0.1, 0.5, 2.0)).astype(np.float32)
+
+
 def sample_positions(scene, irradiance):
     """Where the format says that each mesh colour lies, fronts before backs; and whether it is a back's."""
     corners = corners_of(scene, np.arange(scene.triangle_offsets[-1], dtype=np.uint32)).astype(np.float64)
@@ -61,7 +69,7 @@ def lit_pem(**options):
     corners = corners_of(pem.scene, np.arange(count, dtype=np.uint32))
     return replace(
         pem,
-        irradiance=replace(empty, radiosity=colours),
+        irradiance=replace(empty, radiosity=colours, gradient=bends(positions) * (colours @ LUMINANCE)[:, None]),
         on_hull=corners.mean(axis=1)[:, 0] > 1e-3,
         most_hits=4,
         surface=SurfaceLayer(
@@ -120,6 +128,37 @@ def test_irradiance_follows_its_triangles(pem, stored):
     assert np.abs(relative).max() < 1 / 128 + 1e-3
     assert np.sort(back.irradiance.resolution).tolist() == np.sort(pem.irradiance.resolution).tolist()
     assert backs.any() and np.isfinite(positions).all()  # every colour has its place
+
+
+def test_gradients_follow_their_triangles(pem, stored):
+    """In proportion to the luminance, which itself is rounded. Half a step of their logarithm is 1/32, its toe is 1/4;
+    the grid of positions adds a thousandth."""
+    back = open_pem(stored)
+    positions, _ = sample_positions(back.scene, back.irradiance)
+    found = back.irradiance.gradient / (back.irradiance.radiosity @ LUMINANCE)[:, None]
+    expected = bends(positions)
+    assert (np.abs(found - expected) < (np.abs(expected) + 0.25) / 31 + 1e-3).all()
+    assert np.abs(expected).max() > 10.0 and (np.abs(expected) < 0.01).any()
+
+
+def test_scenes_without_bent_normals_store_no_gradients(tmp_path, pem):
+    flat = replace(pem, irradiance=replace(pem.irradiance, gradient=np.zeros_like(pem.irradiance.gradient)))
+    for codec in ("av1", "none"):
+        save_pem(tmp_path / codec, flat, codec=codec)
+        document = json.loads((tmp_path / codec / "scene.gltf").read_text())
+        (extension,) = document["extensions"].values()
+        assert set(extension["irradiance"]) == {"resolution", "offset", "radiosity"}
+        assert not open_pem(tmp_path / codec).irradiance.gradient.size
+
+
+def test_gradients_of_another_size_are_refused(tmp_path, pem):
+    save_pem(tmp_path / "pem", pem, codec="none")
+    path = tmp_path / "pem" / "scene.gltf"
+    document = json.loads(path.read_text())
+    document["extensions"]["REFLET_parameterized_environment_map"]["irradiance"]["gradient"]["shape"][0] -= 1
+    path.write_text(json.dumps(document))
+    with pytest.raises(RefletError, match="gradients of shape"):
+        open_pem(tmp_path / "pem")
 
 
 def test_maps_on_surfaces_follow_their_triangles(pem, stored):

@@ -102,8 +102,10 @@ def all_kinds(*, holes: bool = False) -> tuple[Scene, IrradianceMap]:
     scene = Scene(parts, (ReflectiveObject("object", (1, 2, 3, 4)),))
     count = scene.triangle_offsets[-1]
     resolution = np.full(count, 1, np.uint32)  # six samples each, for both sides
-    shade = np.random.default_rng(9).uniform(0.1, 1.0, (6 * count, 3)).astype(np.float32)
-    return scene, IrradianceMap(resolution, 6 * np.arange(count, dtype=np.uint32), shade)
+    random = np.random.default_rng(9)
+    shade = random.uniform(0.1, 1.0, (6 * count, 3)).astype(np.float32)
+    gradient = random.uniform(-0.5, 0.5, (6 * count, 3)).astype(np.float32)
+    return scene, IrradianceMap(resolution, 6 * np.arange(count, dtype=np.uint32), shade, gradient)
 
 
 def radiance_shown(renderer: Renderer, view: Camera, pixels: np.ndarray, *layers: Shown) -> np.ndarray:

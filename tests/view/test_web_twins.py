@@ -274,7 +274,9 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
     """Coded and plain: meshes, hull flags and the tree bit by bit, irradiance to a rounding of its exponential."""
     for codec in ("av1", "none"):
         pem = small_pem(shells=2, with_environment=False)
-        pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,)))
+        gradient = np.random.default_rng(6).normal(size=pem.irradiance.radiosity.shape).astype(np.float32)
+        irradiance = replace(pem.irradiance, gradient=gradient)
+        pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,)), irradiance=irradiance)
         save_pem(tmp_path / codec, pem, codec=codec)
         back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)
 
@@ -292,6 +294,11 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
         np.testing.assert_array_equal(read["colourGrids"]["resolution"], back.irradiance.resolution)
         np.testing.assert_array_equal(read["colourGrids"]["offset"], back.irradiance.offset)
         np.testing.assert_allclose(floats(read["radiosity"]), back.irradiance.radiosity.ravel(), rtol=1e-6)
+        bends = np.max(np.abs(back.irradiance.gradient))
+        assert bends > 1.0
+        np.testing.assert_allclose(
+            floats(read["gradient"]), back.irradiance.gradient.ravel(), rtol=1e-5, atol=1e-6 * bends
+        )
         surface = read["surface"]
         for name in ("resolution", "offset", "site"):
             np.testing.assert_array_equal(surface[name], getattr(back.surface, name))

@@ -76,13 +76,27 @@ def compacted(
         place = np.empty(len(order), np.uint32)
         place[order] = np.arange(len(order))
         bvh = replace(bvh, order=place[bvh.order])
-    turned = turned_colours(irradiance.resolution, irradiance.offset, irradiance.radiosity, sides, order, turn)
     return CompactPem(
         replace(rounded, parts=tuple(parts)),
-        IrradianceMap(*turned),
+        _turned_irradiance(irradiance, sides, order, turn),
         surface and _turned_surface(surface, sides, order, turn),
         on_hull[order],
         bvh if traced else None,
+    )
+
+
+def _turned_irradiance(
+    irradiance: IrradianceMap,
+    sides: Int[np.ndarray, "triangles"],
+    order: Int[np.ndarray, "triangles"],
+    turn: Int[np.ndarray, "triangles"],
+) -> IrradianceMap:
+    grids = irradiance.resolution, irradiance.offset
+    resolution, offset, radiosity = turned_colours(*grids, irradiance.radiosity, sides, order, turn)
+    if not len(irradiance.gradient):
+        return IrradianceMap(resolution, offset, radiosity)
+    return IrradianceMap(
+        resolution, offset, radiosity, turned_colours(*grids, irradiance.gradient, sides, order, turn)[2]
     )
 
 

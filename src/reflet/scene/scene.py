@@ -24,6 +24,12 @@ class Part:
     material: Material
     reflective: bool = False
 
+    @property
+    def has_normal_map(self) -> bool:
+        """Whether a normal texture bends its normals: one without texture coordinates or tangents cannot."""
+        placed = self.mesh.uv is not None and self.mesh.tangents is not None
+        return placed and self.material.normal_texture is not None
+
 
 @dataclass(frozen=True)
 class ReflectiveObject:

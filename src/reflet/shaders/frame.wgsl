@@ -7,7 +7,8 @@
 //   2        storage array<vec4u>, read       vertex, fragment   triangles by part: three vertex numbers, bits
 //   3        storage array<vec2u>, read       fragment           mesh colours of each triangle: (resolution, offset); where there
 //                                                                      are surface_maps theirs follow, then the sites of two samples each
-//   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each
+//   4        storage array<f32>, read         fragment           irradiance/pi of all mesh-colour samples, 3 floats each; where
+//                                                                      any part has a normal texture their gradients follow
 //   5        texture_2d<f32> rgba16float      fragment           the HDR environment, lat-long, with mip levels (1x1 if none)
 //   6        filtering sampler                fragment           linear in all three; repeats in u, clamps in v
 //   7 to 10  what mirrored rays meet            fragment           see bvh.wgsl and traced.wgsl

@@ -1,8 +1,12 @@
 #import frame
 #import mesh_colours
 
-fn radiosity_sample(k: u32) -> vec3f {
-  return vec3f(radiosity[3u * k], radiosity[3u * k + 1u], radiosity[3u * k + 2u]);
+// Three floats of each sample, from a place on.
+fn radiosity_in(cell: Cell, first: u32) -> vec3f {
+  let at = first + 3u * cell.sample;
+  return cell.weight.x * vec3f(radiosity[at.x], radiosity[at.x + 1u], radiosity[at.x + 2u])
+    + cell.weight.y * vec3f(radiosity[at.y], radiosity[at.y + 1u], radiosity[at.y + 2u])
+    + cell.weight.z * vec3f(radiosity[at.z], radiosity[at.z + 1u], radiosity[at.z + 2u]);
 }
 
 // Irradiance/pi of a triangle's front or back at barycentric coordinates b of its second and third corner.
@@ -11,7 +15,18 @@ fn irradiance_over_pi(triangle: u32, b: vec2f, back: bool) -> vec3f {
   if (grid.x == 0u) {
     return vec3f(0.0);
   }
+  return radiosity_in(cell_at(grid, b, back), 0u);
+}
+
+// The same of a surface whose unit normal is `bend` more than the interpolated one. Only of scenes with normal maps, whose
+// gradients are there.
+fn bent_irradiance_over_pi(triangle: u32, b: vec2f, back: bool, bend: vec3f) -> vec3f {
+  let grid = colour_grids[triangle];
+  if (grid.x == 0u) {
+    return vec3f(0.0);
+  }
   let cell = cell_at(grid, b, back);
-  return cell.weight.x * radiosity_sample(cell.sample.x) + cell.weight.y * radiosity_sample(cell.sample.y)
-    + cell.weight.z * radiosity_sample(cell.sample.z);
+  let straight = radiosity_in(cell, 0u);
+  let change = dot(radiosity_in(cell, arrayLength(&radiosity) / 2u), bend);
+  return straight * max(1.0 + change / max(dot(straight, vec3f(0.2126, 0.7152, 0.0722)), 1e-20), 0.0);
 }

@@ -61,6 +61,14 @@ fn emission_at(s: Sample) -> vec3f {
   return part.emission * textureSampleLevel(emission_texture, emission_sampler, part_uv(3u, s.here), lod).rgb;
 }
 
+// Diffuse light that reaches a sub-sample, over pi.
+fn diffuse_light(s: Sample) -> vec3f {
+  if (part_is(PART_NORMAL_TEXTURE)) {
+    return bent_irradiance_over_pi(s.triangle, s.b, s.back, shading_normal(s.here, s.ng) - unbent_normal(s.here, s.ng));
+  }
+  return irradiance_over_pi(s.triangle, s.b, s.back);
+}
+
 // Radiance of a surface that does not mirror.
 fn matte(s: Sample) -> vec3f {
   var albedo = part.base_color * part_color(s.here).rgb;
@@ -71,7 +79,7 @@ fn matte(s: Sample) -> vec3f {
   if (part_is(PART_UNLIT)) {
     return albedo;
   }
-  return emission_at(s) + albedo * irradiance_over_pi(s.triangle, s.b, s.back);
+  return emission_at(s) + albedo * diffuse_light(s);
 }
 
 // Radiance of a reflective part: E + F (L + (1 - alpha) D), and through glass (1 - F) of what it lets through.
@@ -103,7 +111,7 @@ fn reflective(s: Sample) -> vec3f {
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));
     if (!part_is(PART_METAL) && !part_is(PART_UNLIT)) {
-      shown += albedo * irradiance_over_pi(s.triangle, s.b, s.back);
+      shown += albedo * diffuse_light(s);
     }
   }
   return shown;

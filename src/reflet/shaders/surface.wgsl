@@ -85,6 +85,12 @@ fn normal_mapped(n: vec3f, tangent: vec4f, texel: vec3f, scale: f32, ng: vec3f) 
   return unit(scale * (local.x * along + local.y * across) + local.z * n, ng);
 }
 
+// Unit interpolated normal on the side of ng.
+fn unbent_normal(at: Point, ng: vec3f) -> vec3f {
+  let n = unit(at.normal, ng);
+  return select(n, -n, dot(n, ng) < 0.0);
+}
+
 // Unit shading normal: interpolated, normal-mapped where the part says so, and turned to the side of ng.
 fn shading_normal(at: Point, ng: vec3f) -> vec3f {
   var n = unit(at.normal, ng);

@@ -209,7 +209,11 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     } else if (!hit_is(met.material, PART_METAL)) {
       let share = select(
         diffuse_share(base_color, metallic, dielectric, rough, ggx), base_color * (1.0 - material.transmission), glass);
-      emission += share * irradiance_over_pi(met.triangle, b, met.back);
+      if (hit_is(met.material, PART_NORMAL_TEXTURE)) {
+        emission += share * bent_irradiance_over_pi(met.triangle, b, met.back, n - unbent_normal(here, met.ng));
+      } else {
+        emission += share * irradiance_over_pi(met.triangle, b, met.back);
+      }
     }
     (*way).light += (*way).throughput * emission;
   }

@@ -11,6 +11,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from jaxtyping import Bool
 
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
@@ -96,11 +97,19 @@ class DeviceScene:
         self.radiosity_grid = mi.UInt32(np.column_stack([irradiance.resolution, irradiance.offset]).ravel())
         none = 0 if len(irradiance.radiosity) else 1  # a gather that nothing takes part in needs a value all the same
         self.radiosity = _floats(np.pad(irradiance.radiosity, ((0, none), (0, 1))))
+        self.has_gradients = self.has_normal_maps and len(irradiance.gradient) > 0
+        if self.has_gradients:
+            self.gradient = _floats(np.pad(irradiance.gradient, ((0, 0), (0, 1))))
 
     @cached_property
+    def has_bent_normals(self) -> Bool[np.ndarray, "parts"]:
+        """Which parts have a normal map that applies."""
+        return np.array([part.has_normal_map for part in self.scene.parts])
+
+    @property
     def has_normal_maps(self) -> bool:
-        """Whether any part has a normal map that applies."""
-        return any(part.material.normal_texture and part.mesh.tangents is not None for part in self.scene.parts)
+        """Whether any part has."""
+        return bool(self.has_bent_normals.any())
 
     def _mesh(self, triangles: np.ndarray) -> "mi.Mesh":
         seen = np.zeros(len(self.positions), bool)
@@ -136,7 +145,7 @@ class DeviceScene:
         alphas, dielectrics = [], []
         for number, (part, owner) in enumerate(zip(self.scene.parts, self.scene.object_of_part, strict=True)):
             m = part.material
-            normal_texture = m.normal_texture if part.mesh.tangents is not None else None
+            normal_texture = m.normal_texture if part.has_normal_map else None
             textured = part.mesh.uv is not None
             colors.append((*m.base_color, m.metallic))
             emissions.append((*m.emission, m.normal_scale))

@@ -101,6 +101,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         roughness *= other.y
         emission *= _texture(device, slots.w, texcoords, visible, srgb=True)
     smooth = _unit(normal, geometric)
+    unbent = dr.select(dr.dot(smooth, geometric) < 0.0, -smooth, smooth)
     if device.has_normal_maps:
         normal = _normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoords, emission_scale.w, visible)
     normal = _unit(normal, geometric)
@@ -147,7 +148,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     unlit = (flags & UNLIT) != 0
     emission = dr.select(unlit, base_color, emission)
     diffuse = dr.select(unlit, 0.0, diffuse)
-    radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible)
+    radiosity = radiosity_at(device, triangle, b1, b2, from_behind, visible, normal - unbent)
     return Surface(
         visible=visible,
         back=from_behind,
@@ -209,8 +210,9 @@ def _unit(vector, otherwise):  # type: ignore[no-untyped-def]
     return dr.select(squared > 1e-24, vector / dr.sqrt(dr.maximum(squared, 1e-30)), otherwise)
 
 
-def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active):  # type: ignore[no-untyped-def]
-    """Irradiance/π from the mesh colours, linear in each small triangle; black where there are none."""
+def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active, bend):  # type: ignore[no-untyped-def]
+    """Irradiance/π from the mesh colours, linear in each small triangle; black where there are none. ``bend`` is what
+    the unit normal has more than the interpolated one."""
     grid = dr.gather(mi.Vector2u, device.radiosity_grid, triangle, active)
     resolution = grid.x
     active = active & (resolution > 0)
@@ -225,13 +227,26 @@ def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active):  # type: 
     step = dr.select(upper, mi.UInt32(1), mi.UInt32(0))
     start = grid.y + dr.select(back, (resolution + 1) * (resolution + 2) // 2, 0)
 
-    def sample(a, b):  # type: ignore[no-untyped-def]
-        index = start + a * (2 * resolution + 3 - a) // 2 + b
-        value = dr.gather(mi.Vector4f, device.radiosity, index, active)
-        return mi.Color3f(value.x, value.y, value.z)
+    def index(a, b):  # type: ignore[no-untyped-def]
+        return start + a * (2 * resolution + 3 - a) // 2 + b
 
-    kept = sample(i + step, j + step)
-    return kept * (1.0 - w_x - w_y) + sample(i + 1, j) * w_x + sample(i, j + 1) * w_y
+    corners = index(i + step, j + step), index(i + 1, j), index(i, j + 1)
+
+    def mean(table):  # type: ignore[no-untyped-def]
+        return _interpolated(mi.Vector4f, table, corners, (1.0 - w_x - w_y, w_x, w_y), active)
+
+    value = mean(device.radiosity)
+    radiosity = mi.Color3f(value.x, value.y, value.z)
+    if not device.has_gradients:
+        return radiosity
+    gradient = mean(device.gradient)
+    change = dr.dot(mi.Vector3f(gradient.x, gradient.y, gradient.z), bend)
+    return radiosity * dr.maximum(1.0 + change / dr.maximum(luminance(radiosity), 1e-20), 0.0)
+
+
+def luminance(color):  # type: ignore[no-untyped-def]
+    """Of linear Rec. 709."""
+    return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z
 
 
 def environment_radiance(device: DeviceScene, direction, active):  # type: ignore[no-untyped-def]

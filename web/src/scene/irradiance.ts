@@ -7,6 +7,8 @@ import type { SceneFile } from "../files/gltf";
 export interface Irradiance {
   readonly colourGrids: { readonly resolution: Uint32Array; readonly offset: Uint32Array };
   readonly radiosity: Float32Array;
+  /** How the luminance of each changes with the normal; only where normal maps bend any. */
+  readonly gradient: Float32Array | undefined;
 }
 
 interface Scale {
@@ -19,6 +21,7 @@ export interface StoredIrradiance {
   resolution: ArrayDescription;
   offset: ArrayDescription;
   radiosity: ArrayDescription & Partial<Scale>;
+  gradient?: ArrayDescription & Partial<Pick<Scale, "toe" | "step">>;
 }
 
 export async function readIrradiance(stored: StoredIrradiance, files: SceneFile["files"]): Promise<Irradiance> {
@@ -31,7 +34,44 @@ export async function readIrradiance(stored: StoredIrradiance, files: SceneFile[
       ? files.array(Int16Array, stored.radiosity).then((codes) => decodedRadiosity(codes, { toe, step, tintStep }))
       : files.array(Float32Array, stored.radiosity),
   ]);
-  return { colourGrids: { resolution, offset }, radiosity };
+  const gradient = stored.gradient && (await readGradient(stored.gradient, radiosity, files));
+  return { colourGrids: { resolution, offset }, radiosity, gradient };
+}
+
+async function readGradient(
+  stored: NonNullable<StoredIrradiance["gradient"]>,
+  radiosity: Float32Array,
+  files: SceneFile["files"],
+): Promise<Float32Array> {
+  const { toe, step } = stored;
+  const gradient =
+    toe !== undefined && step !== undefined
+      ? decodedGradient(await files.array(Int16Array, stored), radiosity, { toe, step })
+      : await files.array(Float32Array, stored);
+  if (gradient.length !== radiosity.length) {
+    throw new Error("surface.bin is damaged: irradiance and its gradients are of two sizes; copy it again.");
+  }
+  return gradient;
+}
+
+/** Three numbers of each sample, stored by their ratio to the luminance: all first ones, then the second, the third. */
+export function decodedGradient(
+  codes: ArrayLike<number>,
+  radiosity: ArrayLike<number>,
+  { toe, step }: Pick<Scale, "toe" | "step">,
+): Float32Array {
+  const count = codes.length / 3;
+  const value = (at: number) => radiosity[at] as number;
+  const out = new Float32Array(codes.length);
+  for (let k = 0; k < count; k++) {
+    const luminance = 0.2126 * value(3 * k) + 0.7152 * value(3 * k + 1) + 0.0722 * value(3 * k + 2);
+    for (let axis = 0; axis < 3; axis++) {
+      const logarithm = (codes[axis * count + k] as number) * step;
+      const ratio = Math.sign(logarithm) * toe * Math.expm1(Math.min(Math.abs(logarithm), 80));
+      out[3 * k + axis] = ratio * luminance;
+    }
+  }
+  return out;
 }
 
 /** RGB of each sample: all greens come first, then reds and blues by their distance from green. */

@@ -56,7 +56,8 @@ export interface Pem {
   readonly sampleCount: number;
   readonly onHull: Uint8Array;
   readonly colourGrids: Irradiance["colourGrids"];
-  readonly radiosity: Float32Array;
+  readonly radiosity: Irradiance["radiosity"];
+  readonly gradient: Irradiance["gradient"];
   /** What rough surfaces mirror of their own object, if any does. */
   readonly surface: SurfaceLayer | undefined;
   readonly environment: Environment | undefined;

@@ -75,5 +75,4 @@ def hit_materials(
 
 def _matte(part: Part) -> Part:
     """A part that does not reflect without what only mirrors have: its light is diffuse, of metals too."""
-    material = replace(part.material, metallic=0.0, metallic_roughness_texture=None, normal_texture=None)
-    return replace(part, material=material)
+    return replace(part, material=replace(part.material, metallic=0.0, metallic_roughness_texture=None))

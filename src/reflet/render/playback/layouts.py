@@ -154,11 +154,11 @@ def fill_material(entry: np.ndarray | np.void, part: Part, extras: int) -> None:
 
 def pictures_of(part: Part) -> tuple[Texture | None, ...]:
     """Base colour, metallic-roughness, normals and emission, as far as the part's mesh can be textured by them."""
-    material, has_uv, has_tangents = part.material, part.mesh.uv is not None, part.mesh.tangents is not None
+    material, has_uv = part.material, part.mesh.uv is not None
     return (
         material.base_color_texture_srgb if has_uv else None,
         material.metallic_roughness_texture if has_uv else None,
-        material.normal_texture if has_uv and has_tangents else None,
+        material.normal_texture if part.has_normal_map else None,
         material.emission_texture_srgb if has_uv else None,
     )
 

@@ -41,6 +41,7 @@ from reflet.scene.companions import traced_parts
 from reflet.scene.material import CLAMPS, REPEATS, WRAPS, Texture
 from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
+from reflet.scene.surfaces.irradiance import IrradianceMap
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class SceneBuffers:
         if pem.surface is not None:
             grids = np.concatenate([grids, sites_of(pem.surface, order)])
         vertices, self._extras = vertex_table(scene)
-        buffers = [vertices, _triangles(scene, pem.on_hull, order), grids, colours.radiosity]
+        buffers = [vertices, _triangles(scene, pem.on_hull, order), grids, _radiosity(scene, colours)]
         drawn_number = np.empty(len(order), np.int64)
         drawn_number[order] = np.arange(len(order))
         *met, pictures, self._hit_bits = self._what_rays_meet(drawn_number)
@@ -256,6 +257,14 @@ def _triangles(scene: Scene, on_hull: np.ndarray, order: np.ndarray) -> np.ndarr
     out[:, :3] = np.concatenate(corners)
     out[:, 3] = 2 * np.arange(len(out)) + np.where(on_hull, TRIANGLE_ON_HULL, 0)
     return out[order]
+
+
+def _radiosity(scene: Scene, colours: IrradianceMap) -> np.ndarray:
+    """Of all samples, and behind it, where normals are bent, their gradients; 0 where there are none."""
+    if not any(part.has_normal_map for part in scene.parts):
+        return colours.radiosity
+    gradient = colours.gradient if len(colours.gradient) else np.zeros_like(colours.radiosity)
+    return np.concatenate([colours.radiosity, gradient])
 
 
 def _table(scene: Scene) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.holes import opacity
-from reflet.trace.surface import environment_radiance, sky_lookup, surface_at
+from reflet.trace.surface import environment_radiance, luminance, sky_lookup, surface_at
 
 BRIGHTER = 1.0 + 1e-6  # than the mean, beyond rounding
 PROBES = 16  # points a triangle at which its emission is averaged for its share of the samples
@@ -154,6 +154,5 @@ def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
         triangle = mi.UInt32(np.repeat(lit, PROBES))
         surface = surface_at(device, triangle, uv, mi.Vector3f(0.0, 1.0, 0.0), mi.Bool(True))
         emission = surface.emission * opacity(device, triangle, uv, mi.Bool(True))
-        luminance = 0.2126 * emission.x + 0.7152 * emission.y + 0.0722 * emission.z
-        power[lit] = luminance.numpy().reshape(-1, PROBES).mean(-1) * area[lit]
+        power[lit] = luminance(emission).numpy().reshape(-1, PROBES).mean(-1) * area[lit]
     return power, area

@@ -21,7 +21,7 @@ from reflet.trace.light.mesh_colors import SampleSites, sample_sites
 from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.light.site_points import SitePoints
 from reflet.trace.sampling import LANES, block_means, shifts
-from reflet.trace.surface import OFFSET
+from reflet.trace.surface import OFFSET, luminance
 
 SETTLING_SPP = 4  # noise of single sites averages out over the rays of the next pass
 MOST_FORESEEN = 0.9  # of a bounce's light, in the next bounce: what a closed white room may promise
@@ -44,8 +44,8 @@ def trace_irradiance(
 
     Each sample is the mean over its own cell of the triangle, which keeps shadows' edges smooth. Mirrors cast shadows
     and reflect light onto other surfaces; such caustics are clamped at `CAUSTIC_LIMIT` times the mean radiosity.
-    Normal maps of the lit surfaces are ignored. The same ``seed`` gives the same bytes. ``progress`` is told
-    (done, total).
+    What is traced is that of interpolated normals, and, where the scene has normal maps, its gradient. The same
+    ``seed`` gives the same bytes. ``progress`` is told (done, total).
     """
     sites = sample_sites(device.scene, budget)
     gatherer = _Gatherer(device, sites, seed)
@@ -54,13 +54,13 @@ def trace_irradiance(
     total = spp + MOST_PASSES * settling
     report = progress or (lambda done, total: None)
     report(0, total)
-    shared = np.zeros((len(sites.starts) - 1, 3), np.float32)
+    shared = np.zeros((len(sites.starts) - 1, 6 if device.has_normal_maps else 3), np.float32)
     means = [0.0]  # of what was published last, and then of what passes made of it
     limit = np.inf
     for done in range(1, MOST_PASSES + 1):
         gatherer.publish(shared)
         shared = gatherer.gather(np.arange(settling) + spp, limit)
-        means.append(float(shared.mean(dtype=np.float64)) if len(shared) else 0.0)
+        means.append(float(shared[:, :3].mean(dtype=np.float64)) if len(shared) else 0.0)
         report(done * settling, total)
         if abs(means[-1] - means[-2]) <= SETTLED * means[-1]:
             break
@@ -88,22 +88,26 @@ class _Gatherer:
         self.emitters = Emitters(device)
         self.seed = seed
         self.points = SitePoints(device, sites)
+        self.bent = device.has_bent_normals[device.part_of_triangle[sites.triangle]]
 
-    def publish(self, shared: Float32[np.ndarray, "sites 3"]) -> IrradianceMap:
-        """Make these values of all sites what surfaces show from now on."""
-        radiosity = shared[self.sites.site] if len(shared) else np.zeros((1, 3), np.float32)
-        result = IrradianceMap(self.sites.resolution, self.sites.offset, radiosity)
+    def publish(self, shared: Float32[np.ndarray, "sites channels"]) -> IrradianceMap:
+        """Make these values of all sites, and the gradients that may follow, what surfaces show from now on."""
+        samples = shared[self.sites.site] if len(shared) else np.zeros((1, 3), np.float32)
+        radiosity, gradient = np.split(samples, [3], 1)
+        gradients = {"gradient": gradient * self.bent[:, None]} if gradient.size else {}
+        result = IrradianceMap(self.sites.resolution, self.sites.offset, np.ascontiguousarray(radiosity), **gradients)
         self.device.set_irradiance(result)
         return result
 
     def gather(
         self, numbers: np.ndarray, caustic_limit: float, progress: Callable[[float], None] | None = None
-    ) -> Float32[np.ndarray, "sites 3"]:
-        """Irradiance/π at all sites, from the paths with these indices in the sequence of random numbers."""
+    ) -> Float32[np.ndarray, "sites channels"]:
+        """Irradiance/π at all sites, and where normals are bent its gradient, from the paths with these indices in the
+        sequence of random numbers."""
         sites, paths = len(self.sites.starts) - 1, len(numbers)
         table = mi.Float(_sequence(int(numbers.max()) + 1)[numbers].ravel())
         limit = dr.opaque(mi.Float, min(caustic_limit, 3e38))
-        result = np.zeros((sites, 3), np.float32)
+        result = np.zeros((sites, 6 if self.device.has_normal_maps else 3), np.float32)
         step = max(LANES // paths, 1)
         for start in range(0, sites, step):
             count = min(step, sites - start)
@@ -114,7 +118,7 @@ class _Gatherer:
         return result
 
     def _paths(self, start, count: int, paths: int, table, limit):  # type: ignore[no-untyped-def]
-        """Radiance estimates of ``paths`` paths at each of ``count`` sites from ``start``."""
+        """Radiance estimates of ``paths`` paths at each of ``count`` sites from ``start``; the channels of `gather`."""
         device = self.device
         lane = dr.arange(mi.UInt32, count * paths)
         per_site = dr.opaque(mi.UInt32, paths)
@@ -133,7 +137,7 @@ class _Gatherer:
         ray.maxt = drawn.distance * (1.0 - 10.0 * OFFSET)
         usable &= ~blocked(device, ray, usable)
         chance = cosine * dr.inv_pi
-        light = dr.select(usable, drawn.radiance * (chance / (drawn.density + chance)), 0.0)
+        found = dr.select(usable, drawn.radiance * (chance / (drawn.density + chance)), 0.0)
 
         direction = mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(u[2], u[3])))
         chance = dr.dot(normal, direction) * dr.inv_pi
@@ -145,7 +149,7 @@ class _Gatherer:
             hit.triangle, surface.geometric_normal, direction, hit.t, surface.visible
         )
         emitted = dr.select(surface.visible, surface.emission, 0.0)
-        light += seen - emitted + emitted * (chance / dr.maximum(chance + by_sampling, 1e-20))
+        light = seen - emitted + emitted * (chance / dr.maximum(chance + by_sampling, 1e-20))
         if self.emitters.has_environment:
             escaped = above & ~hits
             by_sampling = self.emitters.density_of_escape(direction, escaped)
@@ -153,7 +157,27 @@ class _Gatherer:
         if device.scene.objects:
             caustic = sent_on(device, surface, direction, surface.reflects)
             light += dr.select(surface.reflects, dr.minimum(caustic, limit), 0.0)
-        return light
+        if not device.has_normal_maps:
+            return light + found
+        gradient = luminance(light) * gradient_of(normal, direction)
+        gradient += luminance(found) * gradient_of(normal, drawn.direction)
+        return *(light + found), *gradient
+
+
+def gradient_of(n, direction):  # type: ignore[no-untyped-def]
+    """Gradient by the normal of the irradiance that light from a unit direction above n causes, over the irradiance
+    at n.
+
+    With c = n·direction, u what is left of direction across n: ((1 + 2c - c²)/2·u + (10c - 3 - 3c²)/4·n)/c. That is
+    within 3 % what comes closest, in the least squares, to max(m·direction, 0) for normals m around n, of which those
+    8° and 16° from n count three times as much as those 45° from it, and five times those at 60°. Across n, light along
+    n counts in full and grazing light half: half of the normals turn away from it. Along n it is less: tilted normals
+    lose light along n, and see more of what grazes. Of uniform light (1 + m·n)/2 is seen.
+    """
+    c = dr.maximum(dr.dot(n, direction), 1e-3)
+    across = 0.5 + c - 0.5 * dr.square(c)
+    along = 2.5 * c - 0.75 - 0.75 * dr.square(c)
+    return ((direction - n * c) * across + n * along) / c
 
 
 def _sequence(count: int) -> Float[np.ndarray, "count dimensions"]:

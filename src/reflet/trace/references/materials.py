@@ -48,9 +48,7 @@ class MaterialPlugins:
 
     def bumpy(self, part: Part) -> bool:
         """Whether the part's BSDF reads tangents."""
-        mesh = part.mesh
-        placed = mesh.uv is not None and mesh.tangents is not None
-        return self._whole and placed and part.material.normal_texture is not None
+        return self._whole and part.has_normal_map
 
     def absorbs(self, part: Part) -> bool:
         """Whether light is lost within the part."""

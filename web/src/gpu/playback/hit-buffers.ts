@@ -48,7 +48,7 @@ const isCompanion = ({ companions = [] }: Bvh, part: number): boolean => compani
 
 /** A part that does not reflect without what only mirrors have: its light is diffuse, of metals too. */
 function matte(part: Part): Part {
-  const none = { metallic: 0, metallicRoughnessTexture: undefined, normalTexture: undefined };
+  const none = { metallic: 0, metallicRoughnessTexture: undefined };
   return { ...part, material: { ...part.material, ...none } };
 }
 

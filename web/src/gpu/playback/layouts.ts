@@ -22,6 +22,7 @@ const [REFLECTIVE, DOUBLE_SIDED] = [1, 2];
 export const HAS_LOCAL = 4;
 const METALLIC_ROUGHNESS_TEXTURE = 16;
 const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metallic-roughness, normals, emission
+export const NORMALS = 2; // their place among these
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
 const [REFRACTIVE, THIN, ROUGH, SURFACE] = [8192, 16384, 32768, 65536];

@@ -10,9 +10,11 @@ import {
   type BoundLayer,
   FRAME_BYTES,
   frameLayout,
+  NORMALS,
   PART_BYTES,
   partLayout,
   partUniform,
+  picturesOf,
   TRIANGLE_ON_HULL,
 } from "./layouts";
 import { createSurfaceMaps, sitesOf } from "./surface-maps";
@@ -82,14 +84,14 @@ export class SceneBuffers {
   }
 
   private createFrameGroup(vertices: Float32Array, hits: HitBuffers): GPUBindGroup {
-    const { colourGrids, radiosity, parts, onHull } = this.pem;
+    const { colourGrids, parts, onHull } = this.pem;
     const behind = this.pem.surface ? sitesOf(this.pem.surface) : [];
     const grids = new Uint32Array(2 * colourGrids.resolution.length + behind.length);
     grids.set(behind, 2 * colourGrids.resolution.length);
     colourGrids.resolution.forEach((resolution, k) => {
       grids.set([resolution, colourGrids.offset[k] as number], 2 * k);
     });
-    const buffers = [vertices, packTriangles(parts, onHull), grids, radiosity];
+    const buffers = [vertices, packTriangles(parts, onHull), grids, radiosityOf(this.pem)];
     const sampler = this.device.createSampler({
       ...{ addressModeU: "repeat", magFilter: "linear", minFilter: "linear", mipmapFilter: "linear" },
     });
@@ -247,6 +249,15 @@ function vertexTable(parts: readonly Part[]): { values: Float32Array; extras: nu
     return place >>> 0;
   });
   return { values: out, extras };
+}
+
+/** Of all samples, and behind it, where normals are bent, their gradients; 0 where there are none. */
+function radiosityOf({ parts, radiosity, gradient }: Pem): Float32Array {
+  if (!parts.some((part) => picturesOf(part)[NORMALS])) return radiosity;
+  const out = new Float32Array(2 * radiosity.length);
+  out.set(radiosity);
+  if (gradient) out.set(gradient, radiosity.length);
+  return out;
 }
 
 /** One vec4u a triangle: three vertex numbers through all parts, bits. */
