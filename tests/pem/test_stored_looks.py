@@ -11,7 +11,8 @@ from small_pem import same, small_pem
 from reflet.errors import RefletWarning
 from reflet.pem.container import open_pem, save_pem
 from reflet.scene.material import Material, Refraction, Texture
-from reflet.scene.readers.gltf.read import read_gltf
+from reflet.scene.punctual_light import PunctualLight
+from reflet.scene.readers.gltf.read import read_gltf, read_gltf_scene
 
 save_plain = partial(save_pem, codec="none")  # where every number comes back
 
@@ -37,6 +38,27 @@ def test_glass_comes_back(tmp_path, pem):
     assert [part.material.refraction for part in read][:2] == list(kinds)
     document = json.loads((tmp_path / "pem" / "scene.gltf").read_text())
     assert {"KHR_materials_emissive_strength", "KHR_materials_volume"} < set(document["extensionsUsed"])
+
+
+def test_lights_come_back(tmp_path, pem):
+    """Of every kind, nothing rounded but the frames of nodes; what samples see of them; and as any glTF reader does."""
+    lights = (
+        PunctualLight("lamp", (3.0, 0.1, 1.7), (0.5, 0.25, -2.0), range=2.5),
+        PunctualLight("spot", (100.0, 0.0, 7.0), (0.0, 1.0, 0.0), (0.6, -0.8, 0.0), cone=(0.25, 0.5)),
+        PunctualLight("sun", (0.001, 0.002, 0.003), None, (0.0, -1.0, 0.0)),
+    )
+    seen = np.random.default_rng(1).integers(0, 256, (len(pem.irradiance.radiosity), 3)).astype(np.uint8)
+    lit = replace(pem, scene=replace(pem.scene, lights=lights), irradiance=replace(pem.irradiance, visibility=seen))
+    save_plain(tmp_path / "pem", lit)
+    back = open_pem(tmp_path / "pem")
+    assert same(lit.scene.parts, back.scene.parts) and same(lit.irradiance, back.irradiance)
+    for read in (back.scene.lights, tuple(read_gltf_scene(tmp_path / "pem" / "scene.gltf").lights)):
+        for ours, theirs in zip(lights, read, strict=True):
+            assert theirs.direction == pytest.approx(ours.direction, abs=1e-15)  # float64
+            assert replace(theirs, direction=ours.direction) == ours
+    save_pem(tmp_path / "coded", lit)  # its triangles in another order
+    coded = open_pem(tmp_path / "coded").irradiance
+    assert coded.visibility.shape == (len(coded.radiosity), 3) and coded.visibility.sum() == seen.sum()
 
 
 def test_looks_come_back(tmp_path, pem):

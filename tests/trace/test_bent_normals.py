@@ -9,11 +9,13 @@ from trace_scenes import CHROME, camera, constant_light, quad, scene, sphere
 
 from reflet.scene.material import EnvironmentLight, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.punctual_light import PunctualLight
 from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.compose import compose
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.light.irradiance import gradient_of, trace_irradiance
+from reflet.trace.light.bent_normals import gradient_of
+from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.references.path_reference import PathReference
 from reflet.trace.surface import surface_at
 from reflet.trace.tracer import Tracer
@@ -83,6 +85,16 @@ def test_light_from_one_direction_falls_as_its_cosine(elevation: float, most: fl
     wrong = shown - np.maximum(m @ towards, 0.0)
     assert np.sqrt((wrong**2).mean()) < most
     assert np.sqrt(((at_n - np.maximum(m @ towards, 0.0)) ** 2).mean()) > 1.7 * most
+
+
+def test_lights_without_extent_have_gradients_too() -> None:
+    """Those of the one direction that a sun shines from, exactly; every site sees it."""
+    sun = PunctualLight("sun", (3.0, 2.0, 1.0), None, (0.6, -0.8, 0.0))
+    found = lit(replace(scene([bumpy_floor(bump((1, 0, 1)))], []), lights=(sun,)), spp=1)
+    of_one = np.array([c.numpy()[0] for c in gradient_of(mi.Vector3f(0, 1, 0), mi.Vector3f(-0.6, 0.8, 0.0))])
+    light = 0.8 / np.pi * np.array(sun.intensity)
+    np.testing.assert_allclose(found.radiosity, np.tile(light, (len(found.radiosity), 1)), rtol=1e-5)
+    np.testing.assert_allclose(found.gradient, np.tile(light @ LUMINANCE * of_one, (len(found.gradient), 1)), atol=1e-5)
 
 
 def test_a_normal_map_that_bends_nothing_changes_nothing() -> None:

@@ -272,16 +272,18 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
     }
     inside = "".join(f'<shape type="sphere" id="{name}">{bsdf}</shape>' for name, bsdf in shapes.items())
     lights = '<emitter type="point" id="bulb"/><emitter type="directional"/><emitter type="spot"/>'
+    lights += '<emitter type="projector"/>'
     scene, said = read(tmp_path, inside + lights + SKY)
     assert sorted(said) == [
         "Both sides are shown as the front is: coin.",
         "Bump and normal maps are left out: bump.",
         "Clear coats of principled materials are left out: coat.",
         "Glass reflects as much as its index of refraction says: vase.",
-        "Lights that mirrors cannot show are left out: bulb, directional 2, spot 3.",
+        "Lights of kinds that have no counterpart are left out: projector 4.",
         "Of two blended materials the heavier one is shown alone: mixed.",
         "Partly transparent shapes are shown opaque: leaf.",
         "Shapes that let all light through are left out: hole, air.",
+        "Spots fade towards their edges as glTF's do, not Mitsuba's: spot 3.",
         "Textures that cannot be read are replaced by the parameter's default: mesh_attribute of ink.",
     ]
     materials = {part.name: part.material for part in scene.parts}

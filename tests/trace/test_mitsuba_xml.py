@@ -138,7 +138,7 @@ def test_environment_is_turned_to_the_projects_convention(tmp_path: Path) -> Non
         ('<scene version="3.0.0"><shape type="ply"><string name="filename" value="no.ply"/></shape></scene>', "no.ply"),
         ('<scene version="3.0.0"><shape type="cube"><bsdf type="hair"/></shape></scene>', "BSDF hair of cube0"),
         (
-            '<scene version="3.0.0"><shape type="cube"/><emitter type="point"/></scene>',
+            '<scene version="3.0.0"><shape type="cube"/><emitter type="projector"/></scene>',
             "Nothing in the scene",
         ),
         (
@@ -154,8 +154,8 @@ def test_environment_is_turned_to_the_projects_convention(tmp_path: Path) -> Non
     ],
 )
 def test_what_has_no_counterpart_is_one_sentence(tmp_path: Path, text: str, says: str) -> None:
-    left_out = pytest.warns(RefletWarning, match="Lights that mirrors cannot show are left out: point 1")
-    with left_out if "point" in text else nullcontext(), pytest.raises(RefletError, match=says) as caught:
+    left_out = pytest.warns(RefletWarning, match="no counterpart are left out: projector 1")
+    with left_out if "projector" in text else nullcontext(), pytest.raises(RefletError, match=says) as caught:
         read_mitsuba_xml(write(tmp_path, text))
     assert "\n" not in str(caught.value)
 

@@ -19,7 +19,9 @@ from reflet.pem.arrays import BufferWriter
 from reflet.pem.container import open_pem, save_pem
 from reflet.pem.geometry_json import geometry_to_json as described
 from reflet.render.playback.hit_buffers import bvh_words
+from reflet.render.playback.punctual_lights import light_words
 from reflet.scene.bvh.build import build_bvh
+from reflet.scene.punctual_light import PunctualLight
 from reflet.scene.scene import ReflectiveObject, Scene
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import SAMPLE_COUNTS, sample_positions
@@ -35,6 +37,10 @@ GEOMETRIES = (
     Ellipsoid(CENTRE, HALF, ORIGIN),
     BOX,
     Hemisphere(CENTRE, HALF, 0.5, ORIGIN),
+)
+LIGHTS = (
+    PunctualLight("lamp", (3.0, 0.1, 1.7), (0.5, 0.25, -2.0), (0.6, -0.8, 0.0), cone=(0.25, 0.5)),
+    PunctualLight("sun", (0.1, 0.2, 0.3), None, (0.0, -1.0, 0.0)),
 )
 SURROUNDINGS = {"lower": [-5.0, -5.0, -5.0], "upper": [5.0, 5.0, 5.0]}
 
@@ -150,6 +156,30 @@ def test_reliefs_pack_alike(call, largest):
     bits = inverse.view(np.uint16).ravel().tolist()
     (packed,) = call([("maths/geometry", "pack", [{**geometry_to_json(relief), "size": 2, "inverseDistance": bits}])])
     np.testing.assert_array_equal(np.array(packed, np.float32), pack(relief))
+
+
+def test_lights_pack_alike(call):
+    """Number, lights and what is seen of them; the cone's cosines are those of another library."""
+    described = [
+        {
+            "intensity": light.intensity,
+            "direction": light.direction,
+            "range": 4.0,
+            **({} if light.position is None else {"position": light.position}),
+            **({} if light.cone is None else {"cone": light.cone}),
+        }
+        for light in LIGHTS
+    ]
+    lights = tuple(replace(light, range=4.0) for light in LIGHTS)  # JSON knows no infinity
+    seen = np.arange(2 * 5, dtype=np.uint8).reshape(-1, 2)
+    pem = {"lights": described, "visibility": seen.ravel().tolist()}
+    [words] = call([("gpu/playback/punctual-lights", "lightWords", [pem])])
+    colours = replace(small_pem().irradiance, visibility=seen)
+    ours = light_words(replace(small_pem().scene, lights=lights), colours).ravel()
+    theirs = np.array(words, np.uint32)
+    floats = slice(4, 4 + 12 * len(lights))
+    np.testing.assert_array_equal(np.delete(theirs, range(4, 28)), np.delete(ours, range(4, 28)))
+    np.testing.assert_allclose(theirs[floats].view(np.float32), ours[floats].view(np.float32), rtol=1e-6)
 
 
 def volume(geometry):
@@ -275,8 +305,10 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
     for codec in ("av1", "none"):
         pem = small_pem(shells=2, with_environment=False)
         gradient = np.random.default_rng(6).normal(size=pem.irradiance.radiosity.shape).astype(np.float32)
-        irradiance = replace(pem.irradiance, gradient=gradient)
+        seen = np.arange(2 * len(gradient), dtype=np.uint8).reshape(-1, 2)
+        irradiance = replace(pem.irradiance, gradient=gradient, visibility=seen)
         pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,)), irradiance=irradiance)
+        pem = replace(pem, scene=replace(pem.scene, lights=LIGHTS))
         save_pem(tmp_path / codec, pem, codec=codec)
         back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)
 
@@ -299,6 +331,9 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
         np.testing.assert_allclose(
             floats(read["gradient"]), back.irradiance.gradient.ravel(), rtol=1e-5, atol=1e-6 * bends
         )
+        np.testing.assert_array_equal(read["visibility"], back.irradiance.visibility.ravel())
+        for ours, theirs in zip(back.scene.lights, read["lights"], strict=True):
+            assert theirs["intensity"] == list(ours.intensity) and theirs["direction"] == list(ours.direction)
         surface = read["surface"]
         for name in ("resolution", "offset", "site"):
             np.testing.assert_array_equal(surface[name], getattr(back.surface, name))

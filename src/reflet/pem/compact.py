@@ -92,12 +92,12 @@ def _turned_irradiance(
     turn: Int[np.ndarray, "triangles"],
 ) -> IrradianceMap:
     grids = irradiance.resolution, irradiance.offset
-    resolution, offset, radiosity = turned_colours(*grids, irradiance.radiosity, sides, order, turn)
-    if not len(irradiance.gradient):
-        return IrradianceMap(resolution, offset, radiosity)
-    return IrradianceMap(
-        resolution, offset, radiosity, turned_colours(*grids, irradiance.gradient, sides, order, turn)[2]
-    )
+    turned = IrradianceMap(*turned_colours(*grids, irradiance.radiosity, sides, order, turn))
+    if len(irradiance.gradient):
+        turned = replace(turned, gradient=turned_colours(*grids, irradiance.gradient, sides, order, turn)[2])
+    if len(irradiance.visibility):
+        turned = replace(turned, visibility=turned_colours(*grids, irradiance.visibility, sides, order, turn)[2])
+    return turned
 
 
 def _turned_surface(

@@ -1,10 +1,12 @@
-"""A scene as glTF 2.0: one node, mesh and primitive per part, in the parts' order, in world space.
+"""A scene as glTF 2.0: one node, mesh and primitive per part, in the parts' order, in world space, and behind them one
+node per light without extent.
 
 Plain meshes and all materials come back exactly as they were; coded meshes (`reflet.pem.mesh_codes`) as the scene that
 `reflet.pem.compact` makes, their normals and tangents rounded. Which parts reflect, and the objects they form, glTF
 cannot say: the vendor extension does (`reflet.pem.container`).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -23,10 +25,13 @@ from reflet.pem.layout import SCENE, SCENE_BUFFER
 from reflet.pem.mesh_codes import Packed, packed_directions, packed_floats, packed_triangles
 from reflet.scene.material import Material, Refraction, Texture, Vec3, Wrap
 from reflet.scene.meshes.mesh import MOST_UV, Mesh
+from reflet.scene.punctual_light import PunctualLight
 from reflet.scene.readers.gltf.accessors import Accessors
 from reflet.scene.readers.gltf.buffers import Buffers
 from reflet.scene.readers.gltf.container import Container
 from reflet.scene.readers.gltf.document import open_document
+from reflet.scene.readers.gltf.lights import LIGHTS, read_lights
+from reflet.scene.readers.gltf.nodes import Nodes
 from reflet.scene.readers.gltf.values import DamagedError
 from reflet.scene.scene import Part, Scene
 
@@ -55,7 +60,7 @@ def read_parts(folder: Path, document: dict[str, Any], reflective: set[int]) -> 
     accessors = Accessors(described, Buffers(described))
     try:
         parts = []
-        for number, node in enumerate(document["nodes"]):
+        for number, node in enumerate(node for node in document["nodes"] if "mesh" in node):
             primitive = document["meshes"][node["mesh"]]["primitives"][0]
             mesh = _read_mesh(accessors, primitive)
             parts.append(Part(node["name"], mesh, materials[primitive["material"]], number in reflective))
@@ -65,6 +70,15 @@ def read_parts(folder: Path, document: dict[str, Any], reflective: set[int]) -> 
             f"{folder / SCENE} or its {SCENE_BUFFER} is truncated or damaged ({error}); copy both again, or bake again "
             "into a new folder."
         ) from None
+
+
+def read_scene_lights(folder: Path, document: dict[str, Any]) -> tuple[PunctualLight, ...]:
+    """Read back the lights without extent of a document made by `write_scene`."""
+    described = open_document(folder / SCENE, Container(document, None))
+    try:
+        return tuple(read_lights(described, Nodes(described, Accessors(described, Buffers(described)))))
+    except DamagedError as error:
+        raise RefletError(f"{folder / SCENE} is damaged ({error}); copy it again, or bake again.") from None
 
 
 def _read_mesh(accessors: Accessors, primitive: dict[str, Any]) -> Mesh:
@@ -113,6 +127,8 @@ class _SceneWriter:
             self.document["meshes"].append({"name": part.name, "primitives": [self._primitive(part)]})
             self.document["nodes"].append({"name": part.name, "mesh": number})
             self.document["scenes"][0]["nodes"].append(number)
+        if scene.lights:
+            self._lights(scene.lights)
         self.buffer.write(self.folder)
         self.document["buffers"] = [{"uri": SCENE_BUFFER, "byteLength": self.buffer.length}]
         if self.coded:
@@ -122,6 +138,15 @@ class _SceneWriter:
             required = {*self.document.get("extensionsRequired", ()), MESHOPT, QUANTIZATION}
             self.document |= {"extensionsUsed": sorted(used), "extensionsRequired": sorted(required)}
         return self.document
+
+    def _lights(self, lights: Sequence[PunctualLight]) -> None:
+        described = self.document.setdefault("extensions", {}).setdefault(LIGHTS, {"lights": []})["lights"]
+        self.document["extensionsUsed"] = sorted({*self.document.get("extensionsUsed", ()), LIGHTS})
+        for number, light in enumerate(lights):
+            node = {"name": light.name, "matrix": _frame(light), "extensions": {LIGHTS: {"light": number}}}
+            self.document["scenes"][0]["nodes"].append(len(self.document["nodes"]))
+            self.document["nodes"].append(node)
+            described.append(_described(light))
 
     def _primitive(self, part: Part) -> dict[str, Any]:
         mesh = part.mesh
@@ -246,6 +271,29 @@ class _SceneWriter:
             self.texture_numbers[key] = len(textures) - 1
         coordinates = {"texCoord": texture.coordinates} if texture.coordinates else {}
         return {"index": self.texture_numbers[key], **coordinates}
+
+
+def _frame(light: PunctualLight) -> list[float]:
+    """World from node, by columns: the light shines along -z."""
+    z = -np.asarray(light.direction, np.float64)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    columns = [x, np.cross(z, x), z, np.asarray(light.position or (0.0, 0.0, 0.0))]
+    return [float(v) for column, w in zip(columns, (0.0, 0.0, 0.0, 1.0), strict=True) for v in (*column, w)]
+
+
+def _described(light: PunctualLight) -> dict[str, Any]:
+    strength = float(2.0 ** np.ceil(np.log2(max(light.intensity))))  # as of emission: nothing is rounded
+    out: dict[str, Any] = {
+        "type": "directional" if light.position is None else "point" if light.cone is None else "spot",
+        "color": [channel / strength for channel in light.intensity],
+        "intensity": strength,
+    }
+    if np.isfinite(light.range):
+        out["range"] = light.range
+    if light.cone is not None:
+        out["spot"] = {"innerConeAngle": light.cone[0], "outerConeAngle": light.cone[1]}
+    return out
 
 
 def _png(texture: Texture) -> bytes:

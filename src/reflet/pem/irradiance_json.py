@@ -30,6 +30,8 @@ def irradiance_to_json(irradiance: IrradianceMap, buffer: BufferWriter, *, coded
         "offset": buffer.add(irradiance.offset, encoding),
     }
     bent = bool(irradiance.gradient.any())
+    if irradiance.visibility.size:
+        out["visibility"] = buffer.add(irradiance.visibility, encoding)
     if not coded:
         gradient = {"gradient": buffer.add(irradiance.gradient)} if bent else {}
         return out | {"radiosity": buffer.add(irradiance.radiosity)} | gradient
@@ -49,15 +51,16 @@ def irradiance_from_json(stored: dict[str, Any], folder: Path) -> IrradianceMap:
     if "toe" in stored["radiosity"]:
         radiosity = _radiosity(radiosity, *(float(stored["radiosity"][name]) for name in ("toe", "step", "tintStep")))
     grids = read_array(folder, stored["resolution"]), read_array(folder, stored["offset"])
+    visibility = {"visibility": read_array(folder, stored["visibility"])} if "visibility" in stored else {}
     if "gradient" not in stored:
-        return IrradianceMap(*grids, radiosity)
+        return IrradianceMap(*grids, radiosity, **visibility)
     gradient = read_array(folder, stored["gradient"])
     if "toe" in stored["gradient"]:
         scale = (float(stored["gradient"][name]) for name in ("toe", "step"))
         gradient = _gradient(gradient, radiosity @ _LUMINANCE, *scale)
     if gradient.shape != radiosity.shape:
         raise ValueError(f"it has irradiance of shape {radiosity.shape} and gradients of shape {gradient.shape}")
-    return IrradianceMap(*grids, radiosity, gradient)
+    return IrradianceMap(*grids, radiosity, gradient, **visibility)
 
 
 def _codes(radiosity: Float32[np.ndarray, "samples 3"], toe: float) -> Int16[np.ndarray, "3 samples"]:

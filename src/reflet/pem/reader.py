@@ -14,7 +14,7 @@ from reflet.pem import layout
 from reflet.pem.arrays import read_array
 from reflet.pem.environment_file import read_environment
 from reflet.pem.geometry_json import geometry_from_json
-from reflet.pem.gltf_scene import read_parts
+from reflet.pem.gltf_scene import read_parts, read_scene_lights
 from reflet.pem.irradiance_json import irradiance_from_json
 from reflet.pem.map_files import read_map
 from reflet.pem.pem import MOST_HITS, MOST_SHELLS, Layer, ParameterizedEnvironmentMap
@@ -88,6 +88,7 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         parts=read_parts(folder, document, set(extension["reflective"])),
         objects=tuple(ReflectiveObject(item["name"], tuple(item["parts"])) for item in extension["objects"]),
         environment=environment,
+        lights=read_scene_lights(folder, document),
     )
     if "ggxTable" not in extension:
         scene = as_mirrors(scene)

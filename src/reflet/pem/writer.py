@@ -250,7 +250,7 @@ class PemWriter:
             extension["environment"] = write_environment(self.folder, scene.environment, self.codec)
         document = write_scene(self.folder, scene, coded=coded)
         document["extensionsUsed"] = [*document.get("extensionsUsed", []), layout.EXTENSION]
-        document["extensions"] = {layout.EXTENSION: extension}
+        document["extensions"] = {**document.get("extensions", {}), layout.EXTENSION: extension}
         atomic_write(self.folder / layout.SCENE, _json(document))
         shutil.rmtree(self.folder / layout.STATE, ignore_errors=True)
 

@@ -11,10 +11,10 @@ from reflet.files.unreadable import check_is_file
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
-from reflet.scene.readers.gltf.read import read_gltf
+from reflet.scene.readers.gltf.read import GltfScene, read_gltf_scene
 from reflet.scene.readers.obj.read import read_obj
 from reflet.scene.scene import Scene
-from reflet.scene.upright import upright
+from reflet.scene.upright import upright, upright_lights
 
 BUILT_IN = "teapot-room"
 
@@ -74,6 +74,7 @@ def _load(
         from reflet.trace.mitsuba_files.mitsuba_xml import read_mitsuba_xml
 
         return read_mitsuba_xml(path, environment=light, reflect=reflect, up=up)
-    parts = read_obj(path) if suffix == ".obj" else read_gltf(path)
+    read = GltfScene(read_obj(path), []) if suffix == ".obj" else read_gltf_scene(path)
     progress("read", 2, 3)
-    return assemble(upright(parts, up or "y"), environment=light, reflect=reflect)
+    parts, lights = upright(read.parts, up or "y"), upright_lights(read.lights, up or "y")
+    return assemble(parts, environment=light, reflect=reflect, lights=lights)

@@ -13,6 +13,7 @@ from reflet.scene.material import EnvironmentLight
 from reflet.scene.meshes.corners import face_normals
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.touching import touch
+from reflet.scene.punctual_light import PunctualLight
 from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surface_mean import surface_mean
@@ -38,9 +39,13 @@ _BLOCK = 16384  # rows at a time in float64, so that a large mesh needs no secon
 
 
 def assemble(
-    parts: Sequence[Part], *, environment: EnvironmentLight | None = None, reflect: Sequence[str] = ()
+    parts: Sequence[Part],
+    *,
+    environment: EnvironmentLight | None = None,
+    reflect: Sequence[str] = (),
+    lights: Sequence[PunctualLight] = (),
 ) -> Scene:
-    """The scene these parts make.
+    """The scene these parts make, and the ``lights`` among them.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
     roughness at most 0.2), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches
@@ -58,9 +63,11 @@ def assemble(
     named = _uniquely_named(checked)
     chosen = _chosen(named, reflect, alone=environment is not None)
     finished = tuple(replace(part, reflective=p in chosen) for p, part in enumerate(named))
-    if environment is None and not any(_emits(part) for part in finished):
-        raise RefletError("Nothing in the scene gives light; add --environment FILE.hdr or an emissive material.")
-    return Scene(finished, _objects(finished), environment)
+    if environment is None and not lights and not any(_emits(part) for part in finished):
+        raise RefletError(
+            "Nothing in the scene gives light; add --environment FILE.hdr, an emissive material or a light."
+        )
+    return Scene(finished, _objects(finished), environment, tuple(lights))
 
 
 def _checked(part: Part) -> Part | None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from reflet.scene.material import EnvironmentLight, Material
 from reflet.scene.meshes.mesh import Mesh
+from reflet.scene.punctual_light import PunctualLight
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Scene:
     parts: tuple[Part, ...]
     objects: tuple[ReflectiveObject, ...]
     environment: EnvironmentLight | None = None
+    lights: tuple[PunctualLight, ...] = ()
 
     @cached_property
     def triangle_offsets(self) -> tuple[int, ...]:

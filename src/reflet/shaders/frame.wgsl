@@ -14,6 +14,7 @@
 //   7 to 10  what mirrored rays meet            fragment           see bvh.wgsl and traced.wgsl
 //   11       texture_2d<f32> rgba16float      fragment           that of ggx_table.wgsl (1x1 where no part is rough)
 //   12       texture_2d_array<f32> rgba16float  fragment         see surface_light.wgsl (1 texel if none)
+//   13       storage array<vec4u>, read       fragment           see highlights.wgsl
 //
 // Tangents have glTF's handedness in w. Frame's bytes (offset: member):
 //   0 clip_from_world (columns)   64 eye   76 lod_bias   80 ray_corner   92 texture_lod_bias   96 ray_dx   108 width

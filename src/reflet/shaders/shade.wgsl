@@ -2,6 +2,7 @@
 #import pem
 #import irradiance
 #import surface_light
+#import highlights
 
 // What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects and
 // what comes through glass.
@@ -112,6 +113,10 @@ fn reflective(s: Sample) -> vec3f {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));
     if (!part_is(PART_METAL) && !part_is(PART_UNLIT)) {
       shown += albedo * diffuse_light(s);
+    }
+    if (part_is(PART_ROUGH)) {
+      shown += highlights(Shiny(
+        s.here.p, s.here.ray, n, s.ng, base_color, gloss.metallic, dielectric, gloss.roughness, gloss.ggx, s.triangle, s.b, s.back));
     }
   }
   return shown;

@@ -5,6 +5,7 @@
 #import holes
 #import irradiance
 #import surface_light
+#import highlights
 
 // Mirrors that see themselves: the mirrored ray (of what is nearly smooth, that along its lobe's peak) is followed from mirror to mirror, through their full meshes, until it meets
 // none, or a companion, a part beside them that does not reflect; rays that glass lets through likewise, to where they leave
@@ -214,6 +215,10 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
       } else {
         emission += share * irradiance_over_pi(met.triangle, b, met.back);
       }
+    }
+    if (rough) {
+      emission += highlights(Shiny(
+        here.p, ray, n, met.ng, base_color, metallic, dielectric, roughness, ggx, met.triangle, b, met.back));
     }
     (*way).light += (*way).throughput * emission;
   }

@@ -16,6 +16,7 @@ from jaxtyping import Bool
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
 from reflet.scene.material import WRAPS, Material
+from reflet.scene.punctual_light import packed
 from reflet.scene.roughness import LEAST_ROUGHNESS
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
@@ -62,6 +63,7 @@ class DeviceScene:
         self.more_uv = [_floats(_attribute(each, starts, 2)) for each in more]
         self._upload_materials()
         self._upload_environment()
+        self.lights = _floats(packed(scene.lights) if scene.lights else np.zeros(4))
         self.all = mi.load_dict({"type": "scene", "mesh": self._mesh(self.triangles)})
         self._without: dict[int, tuple[mi.Scene | None, mi.UInt32]] = {}
         self._reaches: dict[tuple[int, tuple[float, float, float]], float] = {}

@@ -3,6 +3,7 @@
 
 import { type Bounds, union, type Vec3 } from "../maths/vectors";
 import { type ArrayDescription, type ArrayOf, arrayOf, type NumberArray } from "./arrays";
+import { type LightsOfScene, type NodeOfLight, type PunctualLight, readLights } from "./gltf-lights";
 import { fractions, type PackedView, unpacked } from "./packed-views";
 
 /** How a picture goes on beyond its edges, in the order of the shaders' numbers; and glTF's. */
@@ -89,7 +90,7 @@ interface MaterialExtensions {
 
 // The parts of scene.gltf that reflet writes and this viewer reads.
 interface Document {
-  nodes: { name: string; mesh: number }[];
+  nodes: ({ name: string; mesh?: number } & NodeOfLight)[];
   meshes: { primitives: [{ attributes: Record<string, number>; indices: number; material: number }] }[];
   accessors: {
     bufferView: number;
@@ -120,7 +121,7 @@ interface Document {
     doubleSided?: boolean;
     extensions?: MaterialExtensions;
   }[];
-  extensions?: Record<string, unknown>;
+  extensions?: Record<string, unknown> & { KHR_lights_punctual?: LightsOfScene };
 }
 
 const MORE_UV = ["TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"];
@@ -223,8 +224,8 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
     return arrayOf(type, { uri, byteOffset: 0, shape }, data);
   };
   return Promise.all(
-    gltf.nodes.map(async (node, number) => {
-      const { attributes, indices, material } = at(gltf.meshes, node.mesh).primitives[0];
+    partNodes(gltf).map(async (node, number) => {
+      const { attributes, indices, material } = at(gltf.meshes, node.mesh ?? -1).primitives[0];
       const floats = (name: string) => {
         const index = attributes[name];
         return index === undefined ? undefined : (accessor(Float32Array, index) as Promise<Float32Array>);
@@ -246,6 +247,12 @@ export async function readParts({ gltf, files }: SceneFile, reflective: Set<numb
     }),
   );
 }
+
+/** The lights without extent of a scene. */
+export const lightsOf = ({ gltf }: SceneFile): PunctualLight[] =>
+  readLights(gltf.nodes, gltf.extensions?.KHR_lights_punctual);
+
+const partNodes = (gltf: Document) => gltf.nodes.filter((node) => node.mesh !== undefined);
 
 function readMaterial(item: Document["materials"][number], textures: PictureTexture[]): Material {
   const surface = item.pbrMetallicRoughness;

@@ -9,6 +9,8 @@ export interface Irradiance {
   readonly radiosity: Float32Array;
   /** How the luminance of each changes with the normal; only where normal maps bend any. */
   readonly gradient: Float32Array | undefined;
+  /** Of each sample the share of each light without extent that is seen from there, as a byte. */
+  readonly visibility: Uint8Array;
 }
 
 interface Scale {
@@ -22,20 +24,22 @@ export interface StoredIrradiance {
   offset: ArrayDescription;
   radiosity: ArrayDescription & Partial<Scale>;
   gradient?: ArrayDescription & Partial<Pick<Scale, "toe" | "step">>;
+  visibility?: ArrayDescription;
 }
 
 export async function readIrradiance(stored: StoredIrradiance, files: SceneFile["files"]): Promise<Irradiance> {
   const { toe, step, tintStep } = stored.radiosity;
   const coded = toe !== undefined && step !== undefined && tintStep !== undefined;
-  const [resolution, offset, radiosity] = await Promise.all([
+  const [resolution, offset, radiosity, visibility] = await Promise.all([
     files.array(Uint32Array, stored.resolution),
     files.array(Uint32Array, stored.offset),
     coded
       ? files.array(Int16Array, stored.radiosity).then((codes) => decodedRadiosity(codes, { toe, step, tintStep }))
       : files.array(Float32Array, stored.radiosity),
+    stored.visibility ? files.array(Uint8Array, stored.visibility) : new Uint8Array(0),
   ]);
   const gradient = stored.gradient && (await readGradient(stored.gradient, radiosity, files));
-  return { colourGrids: { resolution, offset }, radiosity, gradient };
+  return { colourGrids: { resolution, offset }, radiosity, gradient, visibility };
 }
 
 async function readGradient(

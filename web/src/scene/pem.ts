@@ -2,7 +2,8 @@
 
 import type { ArrayDescription } from "../files/arrays";
 import { codedPicture } from "../files/coded-light";
-import { extensionOf, fetchFile, type Part, readParts, type SceneFile } from "../files/gltf";
+import { extensionOf, fetchFile, lightsOf, type Part, readParts, type SceneFile } from "../files/gltf";
+import type { PunctualLight } from "../files/gltf-lights";
 import { type Orbit, type OrbitDescription, readOrbit, type ViewPoint } from "../maths/camera";
 import type { Geometry, Relief } from "../maths/geometry";
 import { halfTexels } from "../maths/half";
@@ -58,6 +59,8 @@ export interface Pem {
   readonly colourGrids: Irradiance["colourGrids"];
   readonly radiosity: Irradiance["radiosity"];
   readonly gradient: Irradiance["gradient"];
+  readonly visibility: Irradiance["visibility"];
+  readonly lights: readonly PunctualLight[];
   /** What rough surfaces mirror of their own object, if any does. */
   readonly surface: SurfaceLayer | undefined;
   readonly environment: Environment | undefined;
@@ -152,6 +155,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     sampleCount: extension.sampleCount,
     onHull,
     ...irradiance,
+    lights: lightsOf(scene),
     ggxTable,
     surface,
     environment,

@@ -196,6 +196,7 @@ def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             {"binding": 10, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
             {"binding": 11, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d"}},
             {"binding": 12, "visibility": fragment, "texture": {"sample_type": "float", "view_dimension": "2d-array"}},
+            {"binding": 13, "visibility": fragment, "buffer": storage},
         ]
     )
 

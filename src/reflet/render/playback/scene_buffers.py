@@ -33,6 +33,7 @@ from reflet.render.playback.layouts import (
     TRIANGLE_ON_HULL,
     part_uniform,
 )
+from reflet.render.playback.punctual_lights import light_words, lit
 from reflet.render.playback.stacks import Stack
 from reflet.render.playback.surface_maps import sites_of, surface_bits, upload_surface
 from reflet.render.playback.vertex_table import vertex_table
@@ -111,6 +112,7 @@ class SceneBuffers:
                 {"binding": 10, "resource": pictures.create_view(dimension="2d-array")},
                 {"binding": 11, "resource": upload_picture(device, _table(scene), "rgba16float", False).create_view()},
                 {"binding": 12, "resource": upload_surface(device, pem.surface).create_view(dimension="2d-array")},
+                {"binding": 13, "resource": {"buffer": self._storage(light_words(scene, colours))}},
             ],
         )
         parts = [self._part_uniform(i) for i in range(len(scene.parts))]
@@ -196,6 +198,7 @@ class SceneBuffers:
         constants = {
             "PART_SAMPLING": int(data["sampling"]),
             "ANY_BITS": self._any_bits,
+            "LIGHT_COUNT": lit(self._pem.scene, self._pem.irradiance),
             "SHELL_COUNT": int(data["shell_count"]),
             **{f"DISTANT_KIND_{shell}": float(data["distant"]["geometry"][shell, 0]) for shell in range(MOST_SHELLS)},
             "LOCAL_KIND": float(data["local"]["geometry"][0]),

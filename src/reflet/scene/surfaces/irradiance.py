@@ -19,7 +19,7 @@ which comes closest to what m sees of the hemisphere above n, for light from any
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float32, UInt32
+from jaxtyping import Float32, UInt8, UInt32
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,13 @@ class IrradianceMap:
 
     ``resolution`` and ``offset`` have one entry per triangle of the scene; a triangle of resolution 0 has no samples
     and no irradiance (perfect mirrors). ``gradient`` is that of its luminance by the normal, in the world, for each
-    sample, 0 where nothing bends normals; or it has no rows at all.
+    sample, 0 where nothing bends normals; or it has no rows at all. Where the scene has lights without extent,
+    ``visibility`` is the share of each of them that is seen from each sample, 255 where nothing hides it; else it is
+    empty.
     """
 
     resolution: UInt32[np.ndarray, "triangles"]
     offset: UInt32[np.ndarray, "triangles"]
     radiosity: Float32[np.ndarray, "samples 3"]
     gradient: Float32[np.ndarray, "bent_samples 3"] = field(default_factory=lambda: np.zeros((0, 3), np.float32))
+    visibility: UInt8[np.ndarray, "lit_samples lights"] = field(default_factory=lambda: np.zeros((0, 0), np.uint8))

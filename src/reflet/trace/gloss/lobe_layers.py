@@ -29,6 +29,7 @@ from reflet.trace.layers import Shells
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.light.found_light import found_light
 from reflet.trace.light.holes import blocked, closest
+from reflet.trace.light.punctual import highlights
 from reflet.trace.light.radiance import (
     arrive,
     arrive_drawn,
@@ -100,7 +101,8 @@ def lobe_samples(device: DeviceScene, surface: Surface, numbers, index: int, she
     flags |= flags_found
     part = dr.select(active, surface.part, NOTHING)
     albedo = dr.select(rough, surface.albedo, 1.0)
-    outputs = [*surface.glow, *surface.fresnel, weight, albedo, *local, *shown, *found, *shown_found]
+    glow = surface.glow + highlights(device, surface, rough)  # playback reckons these: no map can hold them
+    outputs = [*glow, *surface.fresnel, weight, albedo, *local, *shown, *found, *shown_found]
     for shell in beyond:
         outputs += [*shell.light]
     dr.eval(part, flags, *outputs)

@@ -2,11 +2,13 @@
 
 At each site irradiance is estimated from one emitter sample and one cosine-distributed ray at a time, combined by the
 balance heuristic [VeachGuibas95]. What the ray meets is looked up in the cache itself: a few coarse passes settle all
-bounces, sooner where what is still to come is foreseen [Aitken26], a long last one gathers. So each sample costs two
-rays however many bounces light has taken, and its noise is that of one bounce.
+bounces, sooner where what is still to come is foreseen [Aitken26], a long last one gathers. Lights without extent are
+added at once (`reflet.trace.light.punctual`). So each sample costs two rays however many bounces light has taken, and
+its noise is that of one bounce.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import drjit as dr
 import mitsuba as mi
@@ -15,9 +17,11 @@ from jaxtyping import Float, Float32
 
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.bent_normals import gradient_of
 from reflet.trace.light.emitters import Emitters
 from reflet.trace.light.holes import blocked, closest
 from reflet.trace.light.mesh_colors import SampleSites, sample_sites
+from reflet.trace.light.punctual import direct_light
 from reflet.trace.light.radiance import arrive, sent_on
 from reflet.trace.light.site_points import SitePoints
 from reflet.trace.sampling import LANES, block_means, shifts
@@ -88,6 +92,7 @@ class _Gatherer:
         self.emitters = Emitters(device)
         self.seed = seed
         self.points = SitePoints(device, sites)
+        self.direct, self.visibility = direct_light(device, sites, self.points, seed)
         self.bent = device.has_bent_normals[device.part_of_triangle[sites.triangle]]
 
     def publish(self, shared: Float32[np.ndarray, "sites channels"]) -> IrradianceMap:
@@ -96,6 +101,9 @@ class _Gatherer:
         radiosity, gradient = np.split(samples, [3], 1)
         gradients = {"gradient": gradient * self.bent[:, None]} if gradient.size else {}
         result = IrradianceMap(self.sites.resolution, self.sites.offset, np.ascontiguousarray(radiosity), **gradients)
+        if len(shared) and self.visibility.shape[1]:
+            seen = np.rint(255.0 * self.visibility[self.sites.site]).astype(np.uint8)
+            result = replace(result, visibility=seen)
         self.device.set_irradiance(result)
         return result
 
@@ -107,12 +115,12 @@ class _Gatherer:
         sites, paths = len(self.sites.starts) - 1, len(numbers)
         table = mi.Float(_sequence(int(numbers.max()) + 1)[numbers].ravel())
         limit = dr.opaque(mi.Float, min(caustic_limit, 3e38))
-        result = np.zeros((sites, 6 if self.device.has_normal_maps else 3), np.float32)
+        result = self.direct.copy()
         step = max(LANES // paths, 1)
         for start in range(0, sites, step):
             count = min(step, sites - start)
             light = self._paths(dr.opaque(mi.UInt32, start), count, paths, table, limit)
-            result[start : start + count] = block_means(light, paths)
+            result[start : start + count] += block_means(light, paths)
             if progress:
                 progress((start + count) / sites)
         return result
@@ -162,22 +170,6 @@ class _Gatherer:
         gradient = luminance(light) * gradient_of(normal, direction)
         gradient += luminance(found) * gradient_of(normal, drawn.direction)
         return *(light + found), *gradient
-
-
-def gradient_of(n, direction):  # type: ignore[no-untyped-def]
-    """Gradient by the normal of the irradiance that light from a unit direction above n causes, over the irradiance
-    at n.
-
-    With c = n·direction, u what is left of direction across n: ((1 + 2c - c²)/2·u + (10c - 3 - 3c²)/4·n)/c. That is
-    within 3 % what comes closest, in the least squares, to max(m·direction, 0) for normals m around n, of which those
-    8° and 16° from n count three times as much as those 45° from it, and five times those at 60°. Across n, light along
-    n counts in full and grazing light half: half of the normals turn away from it. Along n it is less: tilted normals
-    lose light along n, and see more of what grazes. Of uniform light (1 + m·n)/2 is seen.
-    """
-    c = dr.maximum(dr.dot(n, direction), 1e-3)
-    across = 0.5 + c - 0.5 * dr.square(c)
-    along = 2.5 * c - 0.75 - 0.75 * dr.square(c)
-    return ((direction - n * c) * across + n * along) / c
 
 
 def _sequence(count: int) -> Float[np.ndarray, "count dimensions"]:

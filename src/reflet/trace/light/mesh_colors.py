@@ -9,6 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Part, Scene
 
 FINEST = 512  # most samples along a triangle's edge
@@ -39,7 +40,8 @@ class SampleSites:
 
 
 def sample_sites(scene: Scene, budget: int) -> SampleSites:
-    """Samples on all triangles that show diffuse light, about ``budget`` of them in all.
+    """Samples on all triangles that show diffuse light, and, where there are lights without extent, on those of rough
+    parts, about ``budget`` of them in all.
 
     Their spacing grows with the distance from the reflective objects. Both sides of double-sided triangles are sampled.
     Triangles smaller than the spacing have one sample at each of their corners, and triangles that meet share them.
@@ -47,7 +49,8 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     larger the farther from the reflective objects, so that the number of sites, and with it the rays, is bounded
     however many triangles there are. About 120 bytes a triangle that shows diffuse light.
     """
-    shown = [number for number, part in enumerate(scene.parts) if _shows_diffuse(part)]
+    lit = bool(scene.lights)  # rough parts show these, where they are seen
+    shown = [number for number, part in enumerate(scene.parts) if _shows_diffuse(part) or (lit and is_rough(part))]
     return sites_of_parts(scene, shown, budget, MOST_SITES * budget)
 
 

@@ -14,6 +14,7 @@ from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.light.found_light import found_light
 from reflet.trace.light.holes import blocked, closest
+from reflet.trace.light.punctual import highlights
 from reflet.trace.lobe import schlick
 from reflet.trace.sampling import chances
 from reflet.trace.surface import Surface, environment_radiance, surface_at
@@ -31,7 +32,7 @@ def radiance(device: DeviceScene, ray, active, medium=0.0, density=dr.inf):  # t
     absorbs ``medium`` a metre. Of emitters that rays of this ``density`` end on it is the rays' share.
     """
     most = MAX_GLASS_BOUNCES if device.has_glass else MAX_BOUNCES
-    looks = device.has_rough and emitters_of(device).any
+    looks = _looks(device)
 
     def bounce(lanes, ray, arriving, throughput, medium, left, density):  # type: ignore[no-untyped-def]
         hit = closest(device, ray, lanes)
@@ -59,7 +60,7 @@ def sent_on(device: DeviceScene, surface: Surface, direction, active, medium=0.0
     """Radiance that a surface sends back along rays that met it by way of its mirror or lobe, or through it."""
     following, share, medium, density = goes_on(device, surface, direction, medium)
     light = share * radiance(device, following, active, medium, density)
-    if device.has_rough and emitters_of(device).any:
+    if _looks(device):
         light += _lit(device, surface, direction, active)
     return light
 
@@ -86,13 +87,21 @@ def goes_on(device: DeviceScene, surface: Surface, direction, medium):  # type: 
     return ray, share, medium, density
 
 
+def _looks(device: DeviceScene) -> bool:
+    """Whether rough surfaces look for light."""
+    return device.has_rough and (emitters_of(device).any or bool(device.scene.lights))
+
+
 def _lit(device: DeviceScene, surface: Surface, direction, active):  # type: ignore[no-untyped-def]
-    """Radiance that rough surfaces send back along rays, from emitters that are looked for."""
+    """Radiance that rough surfaces send back along rays, from emitters looked for and lights without extent."""
+    light = highlights(device, surface, active)
+    if not emitters_of(device).any:
+        return light
     numbers = chances(direction, surface.position, 2) + chances(direction, surface.position, 3)
     found = found_light(device, surface, numbers[:3], active)
     hidden = blocked(device, found.ray, found.lit & found.above)
     share = schlick(surface.f0, surface.f90, found.v_dot_h)
-    return dr.select(found.lit & found.above & ~hidden, share * found.light, 0.0)
+    return light + dr.select(found.lit & found.above & ~hidden, share * found.light, 0.0)
 
 
 def medium_after(surface: Surface, through, medium):  # type: ignore[no-untyped-def]

@@ -1,4 +1,4 @@
-"""Mitsuba's lights at infinity as an environment; those that mirrors cannot show are left out."""
+"""Mitsuba's lights at infinity as an environment, and its points, spots and parallel rays."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,10 +12,14 @@ from jaxtyping import Float32
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.envmap.rotations import Rotation
 from reflet.errors import RefletError
-from reflet.scene.material import EnvironmentLight
+from reflet.scene.material import EnvironmentLight, Vec3
+from reflet.scene.punctual_light import PunctualLight
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
+from reflet.trace.mitsuba_files.mitsuba_textures import Values
 
+_LIGHTS = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}  # and what they say how bright by
+_CUTOFF = 20.0  # degrees, Mitsuba's default
 ENVIRONMENTS = ("envmap", "constant", "sunsky", "timed_sunsky")
 _SKY_ROWS = 512  # of skies that are computed
 _SUN_DETAIL = 16  # places across a texel, in the rows of the sun: its disc is one and a half texels wide
@@ -23,17 +27,12 @@ _SUN = 50.0  # times the mean radiance, at the least
 _BLOCK = 1 << 20  # directions at a time
 
 
-def environment_of(
-    path: Path, lights: Sequence[Node], source_from_upright: Rotation, doubts: Doubts
-) -> EnvironmentLight | None:
+def environment_of(path: Path, lights: Sequence[Node], source_from_upright: Rotation) -> EnvironmentLight | None:
     """The environment among a scene's lights, in the project's convention, of a scene that is turned upright.
 
-    Lights that have no extent go into ``doubts``. Raises RefletError for more than one environment, which Mitsuba
-    refuses too.
+    Raises RefletError for more than one environment, which Mitsuba refuses too.
     """
     around = [light for light in lights if light.plugin in ENVIRONMENTS]
-    for number, light in enumerate(light for light in lights if light.plugin not in ENVIRONMENTS):
-        doubts.add("Lights that mirrors cannot show are left out", light.id or f"{light.plugin} {number + 1}")
     if len(around) > 1:
         named = ", ".join(light.plugin for light in around)
         raise RefletError(
@@ -41,6 +40,42 @@ def environment_of(
             "which light there is by --environment FILE."
         )
     return _environment(around[0], source_from_upright) if around else None
+
+
+def punctual_lights(lights: Sequence[Node], doubts: Doubts) -> list[PunctualLight]:
+    """The lights without extent among a scene's lights, as they stand in the file; what else there is, but for
+    environments, goes into ``doubts``."""
+    found = []
+    for number, node in enumerate(light for light in lights if light.plugin not in ENVIRONMENTS):
+        name = node.id or f"{node.plugin} {number + 1}"
+        if node.plugin not in _LIGHTS:
+            doubts.add("Lights of kinds that have no counterpart are left out", name)
+            continue
+        values = Values(name, False, doubts)
+        intensity = values.color(node, _LIGHTS[node.plugin], 1.0, unbounded=True).factor
+        parameters = mi.traverse(node.built(f"the light {name}"))
+        position, direction, cone = None, PunctualLight.direction, None
+        if node.plugin == "point":
+            position = _vector(parameters["position"])
+        else:
+            world_from_light = np.array(parameters["to_world"].matrix, np.float64).reshape(4, 4)
+            direction = _vector(world_from_light[:3, 2] / np.linalg.norm(world_from_light[:3, 2]))
+            position = _vector(world_from_light[:3, 3]) if node.plugin == "spot" else None
+        if node.plugin == "spot":
+            cutoff = values.number(node, "cutoff_angle", _CUTOFF)
+            inner = values.number(node, "beam_width", 0.75 * cutoff)
+            cone = float(np.radians(min(inner, cutoff))), float(np.radians(cutoff))
+            doubts.add("Spots fade towards their edges as glTF's do, not Mitsuba's", name)
+            if node.children:
+                doubts.add("Pictures that lights throw are left out", name)
+        if max(intensity) > 0.0:
+            found.append(PunctualLight(name, intensity, position, direction, cone=cone))
+    return found
+
+
+def _vector(values: Any) -> Vec3:
+    x, y, z = (float(value) for value in np.ravel(values))
+    return x, y, z
 
 
 def _environment(node: Node, source_from_upright: Rotation) -> EnvironmentLight:

@@ -1,4 +1,4 @@
-"""Reading Mitsuba's XML scenes: shapes, materials, area lights, the environment and the camera."""
+"""Reading Mitsuba's XML scenes: shapes, materials, lights and the camera."""
 
 import warnings
 from collections.abc import Iterator, Sequence
@@ -16,10 +16,10 @@ from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
-from reflet.scene.upright import upright
+from reflet.scene.upright import upright, upright_lights
 from reflet.scene.views.parameter_space import Orbit
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
-from reflet.trace.mitsuba_files.mitsuba_lights import environment_of
+from reflet.trace.mitsuba_files.mitsuba_lights import environment_of, punctual_lights
 from reflet.trace.mitsuba_files.mitsuba_materials import material_of
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node, read_nodes
 from reflet.trace.mitsuba_files.mitsuba_shapes import mesh_of, moved
@@ -55,11 +55,12 @@ def read_mitsuba_xml(
     doubts = Doubts()
     parts = _parts([node for node in nodes if node.kind == "shape"], doubts)
     light = environment
+    emitters = [node for node in nodes if node.kind == "emitter"]
     if light is None:
-        lights = [node for node in nodes if node.kind == "emitter"]
-        light = environment_of(path, lights, SOURCE_FROM_UPRIGHT[up or "y"], doubts)
+        light = environment_of(path, emitters, SOURCE_FROM_UPRIGHT[up or "y"])
+    lights = upright_lights(punctual_lights(emitters, doubts), up or "y")
     doubts.say()
-    return assemble(upright(parts, up or "y"), environment=light, reflect=reflect)
+    return assemble(upright(parts, up or "y"), environment=light, reflect=reflect, lights=lights)
 
 
 def read_mitsuba_orbit(path: str | Path, scene: Scene, up: str | None = None) -> Orbit:

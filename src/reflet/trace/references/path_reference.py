@@ -14,6 +14,7 @@ from reflet.scene.scene import Part, Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.references.materials import MaterialPlugins, radiance_of
 from reflet.trace.references.placed_texture import add_attributes
+from reflet.trace.references.punctual_emitter import punctual_emitter
 from reflet.trace.variant import use_variant
 
 NEAR = 1e-4  # of the camera's distance from its target: nothing in front of the lens is cut off
@@ -53,6 +54,8 @@ class PathReference:
                 described[f"back{number}"] = _shape(part, _turned(part.mesh), plugins)
         if scene.environment is not None:
             described["environment"] = environment_emitter(scene.environment.radiance)
+        for number, light in enumerate(scene.lights):
+            described[f"light{number}"] = punctual_emitter(light)
         self.scene = mi.load_dict(described)
         self._kind = "volpath" if any(plugins.absorbs(part) for part in scene.parts) else "path"
 

@@ -11,6 +11,7 @@ from reflet.reflectance.prefilter.split_sum_map import SplitSumMap
 from reflet.scene.views.camera import Camera
 from reflet.trace.camera_rays import CameraRays
 from reflet.trace.device_scene import DeviceScene
+from reflet.trace.light.punctual import highlights
 from reflet.trace.light.radiance import arrive
 from reflet.trace.visible import candidates, first_seen
 
@@ -21,7 +22,8 @@ def split_sum_view(
     """Radiance of the objects, the mean over those of a pixel's ``sample_count`` sub-samples that see one; 0 elsewhere.
 
     Of each object ``lights`` has the map that its mirrored rays look up; what these find is multiplied by what the
-    surface reflects of white light, f0·A + B of rough ones. Nothing comes through glass.
+    surface reflects of white light, f0·A + B of rough ones. Lights without extent are shown as they are. Nothing comes
+    through glass.
     """
     rays = CameraRays(camera, sample_count, seed=None)
     seen_by = [candidates(device, camera, index) for index in range(len(device.scene.objects))]
@@ -35,7 +37,12 @@ def split_sum_view(
         number = dr.select(surface.reflects, mi.Int32(surface.object), -1).numpy()
         glow, share, position, mirrored = (
             np.stack([axis.numpy() for axis in vector], -1)
-            for vector in (surface.glow, surface.fresnel, surface.position, surface.mirrored)
+            for vector in (
+                surface.glow + highlights(device, surface, hit.valid),
+                surface.fresnel,
+                surface.position,
+                surface.mirrored,
+            )
         )
         of_all = np.broadcast_to(roughness.numpy(), number.shape)
         shown = np.zeros(glow.shape)

@@ -150,6 +150,7 @@ export function frameLayout(device: GPUDevice): GPUBindGroupLayout {
       { binding: 10, visibility: fragment, texture: { viewDimension: "2d-array" } },
       { binding: 11, visibility: fragment, texture: {} },
       { binding: 12, visibility: fragment, texture: { viewDimension: "2d-array" } },
+      { binding: 13, visibility: fragment, buffer: storage },
     ],
   });
 }

@@ -7,6 +7,7 @@ import { createScreenPipeline } from "../device/picture-sum";
 import { link } from "../device/shaders";
 import { DEPTH } from "../device/target";
 import { HAS_LOCAL, partBits } from "./layouts";
+import { lightCount } from "./punctual-lights";
 
 export interface Pipelines {
   /** Pictures of one sub-sample a pixel into rgba32float, exact, and of four at once into rgba16float, on the fast path. */
@@ -41,6 +42,7 @@ export async function createPipelines(
   const [count = 0] = counts;
   if (counts.size <= 1) constants.SHELL_COUNT = count; // parts that do not reflect never ask
   if (pem.base.length === 0) constants.BASE = 0;
+  constants.LIGHT_COUNT = lightCount(pem);
   constants.ANY_BITS = pem.parts.reduce((bits, part) => bits | partBits(part), HAS_LOCAL);
 
   const traced = pem.traced && {

@@ -17,6 +17,7 @@ import {
   picturesOf,
   TRIANGLE_ON_HULL,
 } from "./layouts";
+import { lightWords } from "./punctual-lights";
 import { createSurfaceMaps, sitesOf } from "./surface-maps";
 
 export class SceneBuffers {
@@ -112,6 +113,7 @@ export class SceneBuffers {
           binding: 12,
           resource: createSurfaceMaps(this.device, this.pem.surface).createView({ dimension: "2d-array" }),
         },
+        { binding: 13, resource: { buffer: this.storage(lightWords(this.pem)) } },
       ],
     });
   }

@@ -14,6 +14,7 @@ _HONOURED = {
     "EXT_texture_avif",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
@@ -43,7 +44,6 @@ _HARMLESS = {  # these change nothing in a picture of the file as it stands
 _CONVERTIBLE = {"KHR_blend", "KHR_materials_common", "KHR_techniques_webgl"}  # older looks, which gltf-pipeline turns
 _LEFT_OUT = "what it adds is left out"
 _CONSEQUENCES = {
-    "KHR_lights_punctual": "point, spot and directional lights are left out",
     "EXT_lights_image_based": "its environment is left out",
     "KHR_materials_anisotropy": "reflections are the same in all directions",
     "KHR_materials_clearcoat": "coats are left out",

@@ -64,6 +64,12 @@ class Nodes:
 
     def placed(self) -> Iterator[PlacedNode]:
         """The nodes with meshes of the default scene, parents before children."""
+        for index, node in self.shown():
+            if node.get("mesh") is not None:
+                yield PlacedNode(index, node, tuple(self._placements(index, node)))
+
+    def shown(self) -> Iterator[tuple[int, JsonObject]]:
+        """The nodes of the default scene and their numbers, parents before children, but for hidden ones."""
         pending = self._roots()[::-1]
         while pending:
             index = pending.pop()
@@ -72,8 +78,7 @@ class Nodes:
             if visibility is not None and visibility.get("visible") is False:
                 continue  # and all below it
             pending.extend(whole(kid, "a child") for kid in reversed(array(node, "children")))
-            if node.get("mesh") is not None:
-                yield PlacedNode(index, node, tuple(self._placements(index, node)))
+            yield index, node
 
     def _roots(self) -> list[int]:
         document = self._document
