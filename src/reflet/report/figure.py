@@ -85,13 +85,13 @@ def _write(axes: Axes, y: float, text: str, *, size: float, weight: str = "norma
 
 def _describe(axes: Axes, exhibit: Exhibit) -> None:
     """Names the place beside its error images, and shows their colour scale."""
-    _write(axes, 0.82, PLACES[exhibit.where], size=6.2, weight="bold")
-    _write(axes, 0.64, f"azimuth {exhibit.azimuth_deg:.3g}°", size=6.4, color=SOFT_INK)
-    _write(axes, 0.51, f"elevation {exhibit.elevation_deg:.3g}°", size=6.4, color=SOFT_INK)
-    scale = axes.inset_axes((0.18, 0.24, 0.64, 0.07))
+    _write(axes, 0.86, PLACES[exhibit.where], size=5.8, weight="bold")
+    _write(axes, 0.68, f"azimuth {exhibit.azimuth_deg:.3g}°", size=5.8, color=SOFT_INK)
+    _write(axes, 0.5, f"elevation {exhibit.elevation_deg:.3g}°", size=5.8, color=SOFT_INK)
+    scale = axes.inset_axes((0.18, 0.26, 0.64, 0.07))
     scale.set_axis_off()
     scale.imshow(np.linspace(0.0, 1.0, 256)[None], aspect="auto", cmap=ERROR_COLOURS)
-    _write(axes, 0.13, f"0    FLIP error    {ERROR_MAX:g}", size=6.2, color=SOFT_INK)
+    _write(axes, 0.12, f"0   FLIP error   {ERROR_MAX:g}", size=5.8, color=SOFT_INK)
 
 
 def _short(share: float) -> str:
