@@ -14,7 +14,7 @@ from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.resampling.mip_reduction import prolong
 from reflet.infer.product import multiply
 from reflet.infer.records import RenderingMatrix, Rows
-from reflet.infer.regularization import penalty_diagonal, penalty_gradient
+from reflet.infer.regularization import MipPenalty
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings, solve
 
@@ -63,7 +63,7 @@ def test_blocks_of_rows_are_one_problem(sphere_picture: Picture) -> None:
     ends = [0, 5, len(target) // 3, len(target)]
     blocks = [cut(whole, first, end) for first, end in pairwise(ends)]
     prior = np.full_like(texels, 0.4)
-    one, many = (solve(each, prior, NO_LIMIT, chain) for each in ([whole], blocks))
+    one, many = (solve(each, prior, NO_LIMIT, MipPenalty(chain)) for each in ([whole], blocks))
     assert np.abs(one.texels - many.texels).max() < 1e-4
     assert many.relative_residual == pytest.approx(one.relative_residual, rel=1e-3)
     assert many.seen_share == one.seen_share
@@ -75,17 +75,17 @@ def test_the_penalty_is_that_of_its_matrix(size: int, name: str) -> None:
     chain = MipChain(size, PARAMETERIZATIONS[name])
     g = details_matrix(chain)
     d = np.random.default_rng(1).standard_normal((2, chain.texel_count)).astype(np.float32)
-    assert np.abs(penalty_gradient(chain, d) - d @ (g.T @ g)).max() < 3e-6  # float32 sums of some tens of terms
+    assert np.abs(MipPenalty(chain).gradient(d) - d @ (g.T @ g)).max() < 3e-6  # float32 sums of some tens of terms
     # Texels at edges gather from a few texels more or less than the interior's sixteen; a texel that is its own
     # neighbour gathers all there is (4 instead of 25/16). Preconditioners need no more.
-    exact, found = np.diag(g.T @ g), penalty_diagonal(chain)
+    exact, found = np.diag(g.T @ g), MipPenalty(chain).diagonal()
     assert (found >= 0.39 * exact).all() and (found <= 1.4 * exact).all()
 
 
 @pytest.mark.parametrize("name", PARAMETERIZATIONS)
 def test_a_change_by_a_constant_costs_nothing(name: str) -> None:
     chain = MipChain(32, PARAMETERIZATIONS[name])
-    assert np.abs(penalty_gradient(chain, np.full((1, chain.texel_count), 0.5, np.float32))).max() < 1e-6
+    assert np.abs(MipPenalty(chain).gradient(np.full((1, chain.texel_count), 0.5, np.float32))).max() < 1e-6
 
 
 def test_equals_scipys_solution(sphere_picture: Picture) -> None:
@@ -94,7 +94,7 @@ def test_equals_scipys_solution(sphere_picture: Picture) -> None:
     weights = 0.5 + np.random.default_rng(2).random(len(target))
     prior = np.full_like(texels, 0.4)
     settings = SolverSettings(regularization=0.1, rounds=(400,), tolerance=1e-7)
-    found = solve(rows(matrix, target, weights), prior, NO_LIMIT, chain, settings).texels
+    found = solve(rows(matrix, target, weights), prior, NO_LIMIT, MipPenalty(chain), settings).texels
     a, g = as_scipy(matrix), scipy.sparse.csr_matrix(details_matrix(chain))
     for c in range(3):
         normal = a.T @ scipy.sparse.diags(weights) @ a + weights.mean() * (
@@ -111,7 +111,7 @@ def test_what_was_shown_is_shown_again(sphere_picture: Picture) -> None:
     chain, matrix, texels = problem(sphere_picture, 8)
     target = multiply(matrix, texels)
     settings = SolverSettings(regularization=0.0, rounds=(400,), tolerance=1e-9)
-    solution = solve(rows(matrix, target), np.zeros_like(texels), NO_LIMIT, chain, settings)
+    solution = solve(rows(matrix, target), np.zeros_like(texels), NO_LIMIT, MipPenalty(chain), settings)
     # float32 sums of some tens of terms: 1e-6, times the square root of a condition of about 1e4.
     assert solution.relative_residual < 1e-4
     assert np.abs(multiply(matrix, solution.texels) - target).max() < 1e-3
@@ -122,7 +122,7 @@ def test_an_over_determined_map_is_found_itself(sphere_picture: Picture) -> None
     chain, matrix, texels = problem(sphere_picture, 8, lod_bias=-2.0)
     target = multiply(matrix, texels)
     settings = SolverSettings(regularization=0.0, rounds=(2000,), tolerance=1e-9)
-    found = solve(rows(matrix, target), np.zeros_like(texels), NO_LIMIT, chain, settings).texels
+    found = solve(rows(matrix, target), np.zeros_like(texels), NO_LIMIT, MipPenalty(chain), settings).texels
     a = as_scipy(matrix).toarray()
     seen = np.flatnonzero(a.any(0))
     values, vectors = np.linalg.eigh(a[:, seen].T @ a[:, seen])
@@ -141,14 +141,14 @@ def test_a_constant_scene_gives_a_constant_map(sphere_picture: Picture, prior: f
     chain, matrix, texels = problem(sphere_picture, 32)
     target = np.full((len(matrix.starts) - 1, 3), 0.7)
     priors = np.full_like(texels, prior)
-    solution = solve(rows(matrix, target), priors, NO_LIMIT, chain, settings)
+    solution = solve(rows(matrix, target), priors, NO_LIMIT, MipPenalty(chain), settings)
     assert np.abs(multiply(matrix, solution.texels) / 0.7 - 1.0).max() < 0.0005
 
 
 def test_texels_that_nothing_sees_keep_their_prior(sphere_picture: Picture) -> None:
     chain, matrix, texels = problem(sphere_picture, 16)
     target = multiply(matrix, texels)
-    solution = solve(rows(matrix, target), texels, NO_LIMIT, chain)
+    solution = solve(rows(matrix, target), texels, NO_LIMIT, MipPenalty(chain))
     assert np.abs(solution.texels - texels).max() < 1e-5  # nothing to change: float32 residuals only
     seen = np.bincount(matrix.columns, minlength=chain.texel_count) > 0
     assert solution.seen_share == seen.mean()
@@ -160,7 +160,7 @@ def test_unseen_texels_follow_their_coarser_neighbourhood(sphere_picture: Pictur
     chain, matrix, texels = problem(sphere_picture, 16)
     target = multiply(matrix, texels + 0.3)
     settings = SolverSettings(rounds=(300,), tolerance=1e-6)
-    solution = solve(rows(matrix, target), texels, NO_LIMIT, chain, settings)
+    solution = solve(rows(matrix, target), texels, NO_LIMIT, MipPenalty(chain), settings)
     assert np.abs(solution.texels - texels - 0.3).max() < 0.01  # the ridge pulls by 1e-6 against 1e-4 a coarse texel
 
 
@@ -170,8 +170,8 @@ def test_texels_stay_within_bounds_and_the_others_make_up_for_it(sphere_picture:
     light = np.where(np.arange(chain.texel_count)[:, None] % 37 == 0, 40.0, 0.0) * np.ones((1, 3), np.float32)
     target = np.minimum(multiply(matrix, light.astype(np.float32)), 8.0)
     dark, limit = np.zeros_like(texels), np.full(3, 10.0)
-    clipped = solve(rows(matrix, target), dark, limit, chain, SolverSettings(rounds=(40,)))
-    bounded = solve(rows(matrix, target), dark, limit, chain, SolverSettings(rounds=(10, 10, 10, 10)))
+    clipped = solve(rows(matrix, target), dark, limit, MipPenalty(chain), SolverSettings(rounds=(40,)))
+    bounded = solve(rows(matrix, target), dark, limit, MipPenalty(chain), SolverSettings(rounds=(10, 10, 10, 10)))
     for solution in (clipped, bounded):
         assert solution.texels.min() >= 0.0
         assert solution.texels.max() <= 10.0
@@ -182,6 +182,6 @@ def test_an_empty_picture_gives_the_prior() -> None:
     chain = MipChain(4)
     nothing = RenderingMatrix(np.zeros(1, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32), chain.texel_count)
     prior = np.full((chain.texel_count, 3), 0.25, np.float32)
-    solution = solve(rows(nothing, np.zeros((0, 3))), prior, NO_LIMIT, chain)
+    solution = solve(rows(nothing, np.zeros((0, 3))), prior, NO_LIMIT, MipPenalty(chain))
     assert np.array_equal(solution.texels, prior)
     assert solution.seen_share == 0.0

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from surface_layers import random_surface
 
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import Box, Ellipsoid, Geometry
@@ -15,6 +16,7 @@ from reflet.envmap.relief import Relief, inverse_chebyshev
 from reflet.pem.pem import Layer, ParameterizedEnvironmentMap
 from reflet.pipelines.verify import verify
 from reflet.pipelines.verify_bounces import verify_bounces
+from reflet.pipelines.verify_surface import verify_surface
 from reflet.render.playback.coloring import coloring
 from reflet.render.playback.renderer import Renderer
 from reflet.scene.material import Material, Refraction, Texture
@@ -222,3 +224,33 @@ def test_a_shader_that_follows_rays_otherwise_is_found_out(
     found = verify_bounces(pem, pem.space.camera(0))
     assert not found.agrees
     assert found.equal_share < 0.99 if what == "equal_share" else found.difference > 5e-3
+
+
+def rough_pem() -> ParameterizedEnvironmentMap:
+    """The ring of roughness 0.3, with light on it."""
+    pem = roughened(traced_pem(), 0.3)
+    return replace(pem, surface=random_surface(pem.scene, (0,)))
+
+
+def test_light_on_surfaces_is_verified() -> None:
+    found = verify(rough_pem())
+    assert found.surface is not None and found.surface.agrees and found.agrees
+    assert found.surface.pixels > 1000 and "pixels of rough surfaces" in str(found)
+    assert verify(traced_pem()).surface is None
+
+
+@pytest.mark.parametrize(
+    ("text", "instead"),
+    [
+        ("let right = corner + r + 1u - i;", "let right = corner + r - i;"),
+        ("SIDE - 1 - within.x, at.y != within.y", "within.x, at.y != within.y"),
+    ],
+    ids=["another site", "no fold at the map's edge"],
+)
+def test_a_shader_that_looks_light_on_surfaces_up_otherwise_is_found_out(
+    text: str, instead: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert text in link("picture.wgsl")
+    monkeypatch.setattr("reflet.render.playback.passes.link", lambda program: link(program).replace(text, instead))
+    pem = rough_pem()
+    assert not verify_surface(pem, pem.space.camera(0)).agrees

@@ -62,7 +62,7 @@ def fit_surface(traced: TracedSurface, shells_of: Sequence[Sequence[EnvMap]], lo
     known[traced.row_site, traced.row_texel] = True
     rows_of_site = np.maximum(np.bincount(traced.row_site, minlength=len(maps)), 1)
     brightness = np.bincount(traced.row_site, np.square(traced.local + past).sum(-1), len(maps)) / rows_of_site
-    maps = _smoothed(_filled(maps, known), brightness, _edges(traced))
+    maps = _smoothed(_filled(maps, known), brightness, edges_of(traced))
     return SurfaceLayer(traced.resolution, traced.offset, traced.site, maps.astype(np.float16))
 
 
@@ -82,7 +82,7 @@ def _filled(
     return maps
 
 
-def _edges(traced: TracedSurface) -> Int64[np.ndarray, "edges 2"]:
+def edges_of(traced: TracedSurface | SurfaceLayer) -> Int64[np.ndarray, "edges 2"]:
     """Pairs of different sites that share an edge of a small triangle of a grid."""
     resolutions = np.unique(traced.resolution[traced.resolution > 0])
     none = np.zeros((0, 2), np.int64)
@@ -91,7 +91,7 @@ def _edges(traced: TracedSurface) -> Int64[np.ndarray, "edges 2"]:
     return np.unique(pairs, axis=0)
 
 
-def _edges_of_grid(traced: TracedSurface, resolution: int) -> Int64[np.ndarray, "edges 2"]:
+def _edges_of_grid(traced: TracedSurface | SurfaceLayer, resolution: int) -> Int64[np.ndarray, "edges 2"]:
     i, j = np.nonzero(np.add.outer(np.arange(resolution), np.arange(resolution)) < resolution)
     entry = i * (2 * resolution + 3 - i) // 2 + j
     right = entry + resolution + 1 - i

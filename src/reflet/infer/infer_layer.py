@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from reflet.envmap.geometry import Geometry
 from reflet.envmap.mip_chain import MipChain
 from reflet.infer.records import Rows, Solution
+from reflet.infer.regularization import MipPenalty
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.infer.solve import SolverSettings, solve
 from reflet.scene.surfaces.gbuffer import GBuffer
@@ -73,7 +74,8 @@ def infer_map(
 ) -> Solution:
     """The env map that shows all blocks of rows best: those of one viewpoint, or of many."""
     brightest = max([float(block.target[:, :3].max(initial=0.0)) for block in rows] + [float(prior[:, :3].max())])
-    return solve(rows, prior, np.array([brightest] * 3 + [1.0] * (prior.shape[1] - 3)), chain, settings)
+    upper = np.array([brightest] * 3 + [1.0] * (prior.shape[1] - 3))
+    return solve(rows, prior, upper, MipPenalty(chain), settings)
 
 
 def layer_rows(

@@ -10,6 +10,8 @@ filter. U's weights are products of (1/4, 3/4); beyond a cube's corner stands th
 outside the disc of a round map, but for those beside its rim, are seen by no sample ever: what they hold shows nowhere.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 from numba import njit, prange
@@ -18,25 +20,32 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.texture_filter import padded_index_table
 
 
-def penalty_gradient(chain: MipChain, d: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
-    """Gᵀ·G·d: half the gradient of the penalty, in float32. Scratch memory: twice the size of ``d``."""
-    table, starts = padded_index_table(chain)
-    offsets, shapes = np.array(chain.offsets), np.array([chain.level_shape(k) for k in range(chain.level_count)])
-    out, detail = np.empty_like(d), np.empty_like(d)
-    padded = np.zeros((d.shape[0], len(table)), np.float32)
-    _details(d, detail, padded, table, starts, offsets, shapes)
-    _gather(detail, out, padded, starts, offsets, shapes)
-    _fold_borders(out, padded, table, starts, shapes)
-    return out
+@dataclass(frozen=True)
+class MipPenalty:
+    """‖G·d‖² of a map's chain (`reflet.infer.solve.Penalty`)."""
 
+    chain: MipChain
 
-def penalty_diagonal(chain: MipChain) -> Float[np.ndarray, "texels"]:
-    """Diagonal of Gᵀ·G, taking borders for interior: 1 from the level's own detail, and (2·(1/16 + 9/16))² from the
-    sixteen texels that the next finer level prolongs from it."""
-    diagonal = np.full(chain.texel_count, 1.0 + 1.25**2, np.float32)
-    diagonal[: chain.offsets[1]] = 1.0
-    diagonal[chain.offsets[-2] :] -= 1.0
-    return diagonal
+    def gradient(self, d: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
+        """Gᵀ·G·d: half the gradient of the penalty, in float32. Scratch memory: twice the size of ``d``."""
+        chain = self.chain
+        table, starts = padded_index_table(chain)
+        offsets, shapes = np.array(chain.offsets), np.array([chain.level_shape(k) for k in range(chain.level_count)])
+        out, detail = np.empty_like(d), np.empty_like(d)
+        padded = np.zeros((d.shape[0], len(table)), np.float32)
+        _details(d, detail, padded, table, starts, offsets, shapes)
+        _gather(detail, out, padded, starts, offsets, shapes)
+        _fold_borders(out, padded, table, starts, shapes)
+        return out
+
+    def diagonal(self) -> Float[np.ndarray, "texels"]:
+        """Diagonal of Gᵀ·G, taking borders for interior: 1 from the level's own detail, and (2·(1/16 + 9/16))² from
+        the sixteen texels that the next finer level prolongs from it."""
+        offsets = self.chain.offsets
+        diagonal = np.full(self.chain.texel_count, 1.0 + 1.25**2, np.float32)
+        diagonal[: offsets[1]] = 1.0
+        diagonal[offsets[-2] :] -= 1.0
+        return diagonal
 
 
 @njit(parallel=True, cache=True)

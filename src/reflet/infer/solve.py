@@ -2,17 +2,16 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numba import njit, prange
 
-from reflet.envmap.mip_chain import MipChain
 from reflet.infer.product import Gatherer, squared_columns
 from reflet.infer.records import Rows, Solution
-from reflet.infer.regularization import penalty_diagonal, penalty_gradient
 
-_RIDGE = 1e-6  # keeps the coarsest level, which the penalty does not hold, at its prior
+_RIDGE = 1e-6  # keeps what the penalty does not hold, such as the coarsest level, at its prior
 
 
 @dataclass(frozen=True)
@@ -29,23 +28,37 @@ class SolverSettings:
     tolerance: float = 1e-3
 
 
+class Penalty(Protocol):
+    """What a change d of the texels costs: a quadratic form ‖G·d‖²."""
+
+    def gradient(self, d: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
+        """Gᵀ·G·d, half the gradient, in float32."""
+        ...
+
+    def diagonal(self) -> Float[np.ndarray, "texels"]:
+        """Of Gᵀ·G, or nearly."""
+        ...
+
+
 def solve(
     rows: Collection[Rows],
     prior: Float[np.ndarray, "texels channels"],
     upper: Float[np.ndarray, "channels"],
-    chain: MipChain,
+    penalty: Penalty,
     settings: SolverSettings = SolverSettings(),
+    *,
+    lower: float = 0.0,
 ) -> Solution:
-    """Texels x that minimize Σ weights·(A·x - target)² + regularization·‖G·(x - prior)‖², with 0 ≤ x ≤ ``upper``.
+    """Texels x that minimize Σ weights·(A·x - target)² + regularization·‖G·(x - prior)‖², ``lower`` ≤ x ≤ ``upper``.
 
-    Implements the inference of [Hakura01, sec. 4, "EM Inference"]: all mip levels at once, by conjugate gradient.
+    Implements the inference of [Hakura01, sec. 4, "EM Inference"]: all texels at once, by conjugate gradient.
     Starts at the prior. The sum goes over all blocks of ``rows``, which may be read from disk whenever they are asked
     for; weights count beside the mean of those that are positive. Each channel is a system of its own with a Jacobi
     preconditioner; a round stops at ``tolerance`` times its first residual. Texels that a round drove out of their
     bounds are put back; the next one holds those at a bound that the gradient would drive out again. Memory: about
     fourteen vectors of all texels and channels in float32, and one block of rows.
     """
-    system = _System(rows, chain, settings.regularization)
+    system = _System(rows, len(prior), penalty, settings.regularization)
     planar_prior = np.ascontiguousarray(prior.T, dtype=np.float32)
     change = np.zeros_like(planar_prior)
     limit = upper.astype(np.float32)[:, None]
@@ -53,9 +66,9 @@ def solve(
     for most in settings.rounds:
         residual, _ = system.residual(planar_prior, change)
         x = planar_prior + change
-        free = ~(((x <= 0.0) & (residual < 0.0)) | ((x >= limit) & (residual > 0.0)))
+        free = ~(((x <= lower) & (residual < 0.0)) | ((x >= limit) & (residual > 0.0)))
         iterations += _conjugate_gradient(system, residual, change, free, most, settings.tolerance)
-        change = np.clip(planar_prior + change, 0.0, limit) - planar_prior
+        change = np.clip(planar_prior + change, np.float32(lower), limit) - planar_prior
     return Solution(
         np.ascontiguousarray((planar_prior + change).T),
         iterations,
@@ -67,18 +80,18 @@ def solve(
 class _System:
     """The normal equations Aᵀ·W·A + λ·Gᵀ·G + ridge, with λ and the ridge beside rows of mean weight 1."""
 
-    def __init__(self, rows: Collection[Rows], chain: MipChain, penalty: float) -> None:
-        self.rows, self.chain = rows, chain
-        squares, total, count, self.target_norm = np.zeros(chain.texel_count, np.float32), 0.0, 0, 0.0
+    def __init__(self, rows: Collection[Rows], texels: int, penalty: Penalty, regularization: float) -> None:
+        self.rows, self.penalty = rows, penalty
+        squares, total, count, self.target_norm = np.zeros(texels, np.float32), 0.0, 0, 0.0
         for block in rows:
             squared_columns(block, squares)
             total += float(block.weights.sum(dtype=np.float64))
             count += int(np.count_nonzero(block.weights))
             self.target_norm += float((block.weights[:, None] * block.target**2).sum(dtype=np.float64))
         mean = total / count if count else 1.0
-        self.penalty, self.ridge = np.float32(penalty * mean), np.float32(_RIDGE * mean)
-        self.preconditioner = 1.0 / (squares + self.penalty * penalty_diagonal(chain) + self.ridge)
-        self.seen_share = float(np.count_nonzero(squares) / chain.texel_count)
+        self.regularization, self.ridge = np.float32(regularization * mean), np.float32(_RIDGE * mean)
+        self.preconditioner = 1.0 / (squares + self.regularization * penalty.diagonal() + self.ridge)
+        self.seen_share = float(np.count_nonzero(squares) / texels)
 
     def apply(self, x: Float[np.ndarray, "channels texels"]) -> Float[np.ndarray, "channels texels"]:
         """The matrix of the normal equations times x."""
@@ -105,7 +118,7 @@ class _System:
         self, gatherer: Gatherer, change: Float[np.ndarray, "channels texels"]
     ) -> Float[np.ndarray, "channels texels"]:
         out = gatherer.planar_sum()
-        out += self.penalty * penalty_gradient(self.chain, change)
+        out += self.regularization * self.penalty.gradient(change)
         out += self.ridge * change
         return out
 

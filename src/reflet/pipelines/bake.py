@@ -7,7 +7,7 @@ bake that was killed and resumed equals an undisturbed one byte for byte; only `
 sample, differs.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,6 @@ from reflet.envmap.parameterizations.parameterization import Parameterization
 from reflet.envmap.resampling.equal_sampling import equal_sampling_size
 from reflet.envmap.sampling import valid_texels
 from reflet.errors import RefletError
-from reflet.infer.fit_surface import fit_surface
 from reflet.pem.map_files import check_chain, codec_named
 from reflet.pem.pem import Layer
 from reflet.pem.writer import PemWriter
@@ -33,16 +32,16 @@ from reflet.pipelines.baking.choose_fade import choose_fade
 from reflet.pipelines.baking.held_back import trial_views
 from reflet.pipelines.baking.plan_layers import fit_local_layers, plan_distant_layers, plan_local_layers
 from reflet.pipelines.baking.probes import probe_size, trace_probes
+from reflet.pipelines.baking.rough_parts import bake_surface
 from reflet.pipelines.baking.viewpoints import infer_viewpoints
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.companions import traced_parts
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
-from reflet.scene.roughness import has_wide_lobes, is_rough
+from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
-from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.views.framing import check_camera, frame_orbit
 from reflet.scene.views.parameter_space import Axis, ParameterSpace, orbit_space
 from reflet.trace.tracer import Tracer
@@ -54,7 +53,6 @@ MIRROR_HITS = 5  # mirrors that a ray may meet: more show nothing but in deep ca
 GLASS_HITS = 12  # where there is glass, of which a ray meets both sides
 IRRADIANCE_SPP = 4  # paths for each sample of diffuse light, times the rays of a pixel: all views see its noise
 STATIC_IRRADIANCE_SPP = 2  # of static bakes, which take seconds
-SURFACE_SHARE = 2  # of a pixel's rays one in so many is traced for a direction of a site: playback averages twelve
 _PREPARATIONS = 3  # what is told of what comes before the rays: the scene's fingerprint, its hulls, its tables
 
 
@@ -187,7 +185,11 @@ def bake(
     if base.maps and space.sample_count:
         fade_deg = choose_fade(tracer, space, layers, base.maps, base.lod_bias, writer, progress)
     lod_bias = TRACED_LOD_BIAS if traced else base.lod_bias
-    surface = _surface(tracer, distant_layers, base, lod_bias, spp, writer, progress) if traced else None
+    surface = None
+    if traced:
+        surface = bake_surface(
+            tracer, space, distant_layers, base, lod_bias, spp, writer, inferred=not static, progress=progress
+        )
     glass = any(part.reflective and part.material.refraction for part in scene.parts)
     statistics = {"spp": spp, "distant": [_told(choice) for choice in choices], **base.statistics}
     progress("write", 0, 1)
@@ -251,32 +253,6 @@ def _tracer_with_irradiance(
     tracer = Tracer(scene, variant=variant, through=through, irradiance_spp=paths, progress=report)
     writer.save_state("irradiance", **vars(tracer.irradiance))
     return tracer
-
-
-def _surface(
-    tracer: Tracer,
-    layers: Sequence[Layer],
-    base: Base,
-    lod_bias: float,
-    spp: int,
-    writer: PemWriter,
-    progress: ProgressCallback,
-) -> SurfaceLayer | None:
-    """Local light of parts whose lobes are wide, beside the base's maps; kept like irradiance. None without a base."""
-    parts = [number for number, part in enumerate(tracer.scene.parts) if has_wide_lobes(part)]
-    if not parts or not base.maps:
-        return None
-    state = writer.load_state("surface")
-    if state is not None:
-        return SurfaceLayer(**state)
-    shells = [
-        [env_map for env_map, layer in zip(base.maps, layers, strict=True) if layer.parts == item.parts]
-        for item in tracer.scene.objects
-    ]
-    traced = tracer.surface(parts, spp=max(spp // SURFACE_SHARE, 1), progress=partial(progress, "light on surfaces"))
-    surface = fit_surface(traced, shells, lod_bias)
-    writer.save_state("surface", **vars(surface))
-    return surface
 
 
 def _told(choice: DistantChoice) -> dict[str, Any]:

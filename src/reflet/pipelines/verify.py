@@ -11,6 +11,7 @@ from reflet.infer.records import RenderingMatrix
 from reflet.infer.rendering_matrix import rendering_matrix
 from reflet.pem.pem import ParameterizedEnvironmentMap
 from reflet.pipelines.verify_bounces import Bounces, verify_bounces
+from reflet.pipelines.verify_surface import SurfaceLookups, verify_surface
 from reflet.progress import ProgressCallback, silent
 from reflet.render.device.device import adapter_name, filters_exactly
 from reflet.render.playback.renderer import Renderer
@@ -33,10 +34,10 @@ class Verification:
     """Measured against analytic rendering matrix, and mirrored rays as drawn against traced ones.
 
     ``max_difference`` is the largest difference of a weight over all layers, but for the share ``strays`` of a relief's
-    rows, those that differ most; ``test_renderings`` the number of pictures
-    drawn to measure it, ``compared_share`` the share of the tracer's sub-samples that see the same triangle in the
-    rasterizer: only those are compared. ``agrees`` tells whether the difference is at most ``tolerance``, which depends
-    on the kind of adapter, and the share at least 0.99; and what ``bounces`` say, where rays are traced.
+    rows, those that differ most; ``test_renderings`` the number of pictures drawn to measure it, ``compared_share`` the
+    share of the tracer's sub-samples that see the same triangle in the rasterizer: only those are compared. ``agrees``
+    tells whether the difference is at most ``tolerance``, which depends on the kind of adapter, and the share at least
+    0.99; and what ``bounces`` say, where rays are traced, and ``surface``, where light lies on surfaces.
     """
 
     max_difference: float
@@ -47,6 +48,7 @@ class Verification:
     agrees: bool
     strays: float
     bounces: Bounces | None = None
+    surface: SurfaceLookups | None = None
 
     def __str__(self) -> str:
         verdict = "agrees with" if self.agrees else "differs from"
@@ -55,7 +57,7 @@ class Verification:
             f"The rendering matrix measured on {self.adapter} {verdict} the analytic one: largest difference "
             f"{self.max_difference:.2e} (allowed {self.tolerance:.0e}) over {self.compared_share:.2%} of the "
             f"sub-samples{but}, {self.test_renderings} test renderings."
-        ) + (f"\n{self.bounces}" if self.bounces else "")
+        ) + "".join(f"\n{more}" for more in (self.bounces, self.surface) if more)
 
 
 def verify(
@@ -71,9 +73,9 @@ def verify(
 
     The analytic ones follow from the ray tracer's visibility, the measured ones from what the adapter draws. Where
     mirrored rays are traced, their ways are compared as well (`verify_bounces`): lookups at their ends are by the same
-    code as those of the first surface.
+    code as those of the first surface. So are lookups of light on surfaces (`verify_surface`).
     """
-    steps = 4 if pem.most_hits else 3
+    steps = 3 + bool(pem.most_hits) + (pem.surface is not None)
     progress("prepare", 0, steps)
     renderer = renderer or Renderer(pem)
     progress("prepare", 1, steps)
@@ -87,7 +89,9 @@ def verify(
     progress("prepare", 3, steps)
     bounces = verify_bounces(pem, camera, variant=variant) if pem.most_hits else None
     if bounces:
-        progress("prepare", steps, steps)
+        progress("prepare", 4, steps)
+    surface = verify_surface(pem, camera) if pem.surface else None
+    progress("prepare", steps, steps)
     worst, drawn, left_out = 0.0, 0, 0.0
     for kind in sorted({layer.kind for layer in pem.layers}):
         measured, renderings = measured_rendering_matrices(
@@ -106,8 +110,12 @@ def verify(
             worst, left_out = max(worst, largest_difference(analytic, matrix, strays)), max(left_out, strays)
     share = len(common.pixel) / max(len(traced.pixel), 1)
     tolerance = EXACT_TOLERANCE if filters_exactly(renderer.device) else CARD_TOLERANCE
-    agrees = worst <= tolerance and share >= LEAST_SHARE and (bounces is None or bounces.agrees)
-    return Verification(worst, adapter_name(renderer.device), drawn, share, tolerance, agrees, left_out, bounces)
+    agrees = (
+        worst <= tolerance and share >= LEAST_SHARE and all(each is None or each.agrees for each in (bounces, surface))
+    )
+    return Verification(
+        worst, adapter_name(renderer.device), drawn, share, tolerance, agrees, left_out, bounces, surface
+    )
 
 
 def common_samples(a: Visibility, b: Visibility) -> Visibility:

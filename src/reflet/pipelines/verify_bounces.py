@@ -62,7 +62,7 @@ def verify_bounces(
 ) -> Bounces:
     """Compares the middle ray of every pixel. Each shell in turn would show the same: distant light is white here, and
     how it is looked up is the same from wherever a ray leaves (`verify`)."""
-    renderer = Renderer(_white(pem))
+    renderer = Renderer(white(pem))
     gbuffer = gbuffer_from_visibility(pem.scene, rasterized_visibility(renderer, camera, 1))
     lookups = gbuffer.lookups[0]
     follower = RayFollower(pem.scene, pem.irradiance, pem.traced_parts, variant=variant)
@@ -106,7 +106,7 @@ def verify_bounces(
     )
 
 
-def _white(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
+def white(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
     """The PEM whose last shells are white, and nearer ones empty."""
     layers = tuple(pem.layers[index] for index in pem.distant_layers)
     base = tuple(

@@ -10,7 +10,7 @@ from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.camera import Camera
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.gloss.surface_light import trace_surface
+from reflet.trace.gloss.surface_light import BUDGET, trace_surface
 from reflet.trace.layers import Shells, StaticProbe, TracedSurface, TracedView
 from reflet.trace.light.irradiance import trace_irradiance
 from reflet.trace.probe import shell_distances, static_probe
@@ -76,11 +76,16 @@ class Tracer:
         return static_probe(self._device, object_index, shells, size, spp)
 
     def surface(
-        self, parts: Collection[int], *, spp: int = 32, progress: Callable[[int, int], None] | None = None
+        self,
+        parts: Collection[int],
+        *,
+        spp: int = 32,
+        budget: int = BUDGET,
+        progress: Callable[[int, int], None] | None = None,
     ) -> TracedSurface:
-        """What lobes gather all over the parts of some indices, ``spp`` rays for each direction of each site.
-        ``progress`` is told (done, total)."""
-        return trace_surface(self._device, parts, spp=spp, progress=progress)
+        """What lobes gather all over the parts of some indices, ``spp`` rays for each direction of each site, about
+        ``budget`` sites in all. ``progress`` is told (done, total)."""
+        return trace_surface(self._device, parts, spp=spp, budget=budget, progress=progress)
 
     def distances(
         self, object_index: int, shells: Shells, *, size: int = 256

@@ -5,18 +5,17 @@ in one least-squares problem give the map that serves them all, and those betwee
 but the rows of their matrices, on disk while the bake runs, from where the solver reads them block by block.
 """
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from reflet.envmap.env_map import EnvMap
 from reflet.infer.infer_layer import infer_map, layer_rows
-from reflet.infer.records import RenderingMatrix, Rows, Solution
+from reflet.infer.records import Rows, Solution
 from reflet.infer.solve import SolverSettings
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
+from reflet.pipelines.baking.stored_rows import StoredRows, row_arrays
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
@@ -96,14 +95,14 @@ def infer_joint_set(
             camera = space.orbit.camera(point)
             view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=_SEED + number, shells=shells)
             for index, block in enumerate(_view_rows(tracer.scene, view, layers, lod_bias)):
-                writer.save_state(names[index][number], **_arrays(block))
+                writer.save_state(names[index][number], **row_arrays(block))
             del view
     progress("joint set", len(points), len(points) + 1)
     maps, solutions = [], []
     for index, (layer, static) in enumerate(zip(layers, static_maps, strict=True)):
         solution = _load_solution(writer, index)
         if solution is None:
-            rows = _StoredRows(writer, names[index], layer.chain.texel_count)
+            rows = StoredRows(writer, names[index], layer.chain.texel_count)
             solution = infer_map(rows, static.texels, layer.chain, _SETTINGS)
             writer.save_state(_solved(index), **{name: np.asarray(value) for name, value in vars(solution).items()})
         maps.append(EnvMap(layer.chain, solution.texels, layer.geometry))
@@ -144,38 +143,3 @@ def _view_rows(scene: Scene, view: TracedView, layers: Sequence[Layer], lod_bias
             shell=shell_number(layers, number),
             channels=layer.channels,
         )
-
-
-@dataclass(frozen=True)
-class _StoredRows(Collection[Rows]):
-    """Rows in a writer's state, read whenever they are asked for."""
-
-    writer: PemWriter
-    names: list[str]
-    texel_count: int
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def __contains__(self, rows: object) -> bool:
-        return any(rows is each for each in self)
-
-    def __iter__(self) -> Iterator[Rows]:
-        for name in self.names:
-            state = self.writer.load_state(name)
-            assert state is not None
-            yield Rows(
-                RenderingMatrix(state["starts"], state["columns"], state["shares"], self.texel_count),
-                state["target"],
-                state["weights"],
-            )
-
-
-def _arrays(rows: Rows) -> dict[str, Any]:
-    return {
-        "starts": rows.matrix.starts,
-        "columns": rows.matrix.columns,
-        "shares": rows.matrix.weights,
-        "target": rows.target,
-        "weights": rows.weights,
-    }

@@ -28,8 +28,9 @@ class GBuffer:
     """Rows (pixel × part) of a picture, the sub-samples they average, and each sub-sample's lookups.
 
     A row's value is the mean over its sub-samples. ``row_of_sample`` is increasing; ``triangle`` numbers the scene's
-    triangles, ``roughness`` is the perceptual one there, 0 of mirrors. Today every sub-sample has one lookup of weight
-    1; second bounces and filter taps will add more.
+    triangles, ``roughness`` is the perceptual one there, 0 of mirrors, ``mirrored`` the unit mirrored ray, which does
+    not lean as a lobe's peak does. Today every sub-sample has one lookup of weight 1; second bounces and filter taps
+    will add more.
     """
 
     row_pixel: Int32[np.ndarray, "rows"]
@@ -37,4 +38,5 @@ class GBuffer:
     row_of_sample: Int32[np.ndarray, "samples"]
     triangle: UInt32[np.ndarray, "samples"]
     roughness: Float32[np.ndarray, "samples"]
+    mirrored: Float32[np.ndarray, "samples 3"]
     lookups: tuple[Lookups, ...]

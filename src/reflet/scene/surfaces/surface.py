@@ -29,7 +29,7 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     """The G-buffer of a picture: for each visible sub-sample the mirrored ray and those of its two neighbours.
 
     Those of rough surfaces lean towards their normals by as much as the sub-sample's own lobe does. Rows are ordered by
-    pixel, then part. Computed in float64, 76 bytes a sub-sample are kept. Sub-samples must be
+    pixel, then part. Computed in float64, 88 bytes a sub-sample are kept. Sub-samples must be
     ordered as `Visibility` says.
     """
     camera = visibility.camera
@@ -47,6 +47,7 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
     surface, seen = _surface(scene, triangle)
     position = np.empty((3, len(pixel), 3), np.float32)
     direction = np.empty_like(position)
+    mirrored = np.empty((len(pixel), 3), np.float32)
     roughness, wide = np.zeros((2, len(pixel)), np.float32)
     table = dfg_table() if surface.roughness.any() else np.zeros((2, 2, 4), np.float32)
     leans, widenings = (np.ascontiguousarray(table[..., channel]) for channel in (2, 3))
@@ -54,14 +55,14 @@ def gbuffer_from_visibility(scene: Scene, visibility: Visibility) -> GBuffer:
         np.asarray(camera.position, np.float64), *camera.ray_basis(), NEIGHBOUR_STEP, xy, seen,
         surface.positions, surface.normals, surface.uv, surface.tangents, surface.texture, surface.normal_scale,
         surface.texels, surface.textures, surface.roughness, surface.roughness_texture, surface.roughness_uv,
-        leans, widenings, position, direction, roughness, wide,
+        leans, widenings, position, direction, mirrored, roughness, wide,
     )  # fmt: skip
     spread = lobe_spread(wide).astype(np.float32)
     ones = np.ones(len(pixel), np.float32)
     lookups = Lookups(np.arange(len(pixel), dtype=np.int32), ones, position, direction, spread)
     row_pixel, row_part = np.divmod(row_key[first], len(scene.parts))
     return GBuffer(
-        row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, roughness, (lookups,)
+        row_pixel.astype(np.int32), row_part.astype(np.int32), row_of_sample, triangle, roughness, mirrored, (lookups,)
     )
 
 
@@ -217,10 +218,11 @@ def _entry(table, n_dot_v, roughness):  # type: ignore[no-untyped-def]
 @njit(parallel=True, cache=True, error_model="numpy")
 def _mirror(
     eye, corner, dx, dy, step, xy, triangle, positions, normals, uv, tangents, texture, scales, texels, textures,
-    roughness, roughness_texture, roughness_uv, leans, widenings, position, direction, rough, wide,
+    roughness, roughness_texture, roughness_uv, leans, widenings, position, direction, mirrored, rough, wide,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     """Fills ``position`` and ``direction`` (three rays a sub-sample): itself, its neighbours right and down; and
-    ``rough``, the roughness, and ``wide``, that of a lobe about the normal as wide as its own."""
+    ``mirrored``, its ray before it leans, ``rough``, the roughness, and ``wide``, that of a lobe about the normal as
+    wide as its own."""
     for i in prange(len(triangle)):
         k = triangle[i]
         v = positions[k]
@@ -257,6 +259,7 @@ def _mirror(
                 lift = SMALLEST_CLIMB - climb
                 rx, ry, rz = _normalized(rx + lift * gx, ry + lift * gy, rz + lift * gz)
             if j == 0:
+                mirrored[i, 0], mirrored[i, 1], mirrored[i, 2] = rx, ry, rz
                 rough[i] = roughness[k]
                 if roughness_texture[k] >= 0:
                     c, b0 = roughness_uv[k], 1.0 - b1 - b2
