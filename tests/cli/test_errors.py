@@ -81,6 +81,8 @@ def test_sizes_and_views_that_make_no_sense(
     assert "memory" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--em-size", "8192")
     assert "--views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "-1")
     assert "turn" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "100", "--spacing", "10")
+    assert "add --floor." in bake(capsys, scene_files[0], tmp_path / "out", *light, "--floor-height", "2")
+    assert "without --floor" in bake(capsys, "teapot-room", tmp_path / "out", "--floor")
     assert "--static, or --views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--static", "--views", "2")
 
 

@@ -10,7 +10,7 @@ from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.trace.compose import compose
 from reflet.trace.device_scene import DeviceScene
-from reflet.trace.light.irradiance import trace_irradiance
+from reflet.trace.light.irradiance import _foreseen, trace_irradiance
 from reflet.trace.light.mesh_colors import MOST_SITES, sample_sites
 from reflet.trace.references.path_reference import path_traced
 from reflet.trace.tracer import Tracer
@@ -242,3 +242,9 @@ def test_any_number_of_paths_will_do(spp: int) -> None:
     found = irradiance(scene([Part("floor", floor(1.0), WHITE)], [], constant_light(1.7)), spp=spp, budget=100)
     # estimates spread by about 30 %; 100 sites of them
     assert found.radiosity.mean() == pytest.approx(1.7, rel=0.1)
+
+
+@pytest.mark.parametrize("means", [(0.97, 0.71, 0.35), (1.0, 0.5, 1e-6), (0.0, 1e-9, 1.0)])
+def test_noise_foresees_no_negative_light(means: tuple[float, float, float]) -> None:
+    """Means that fall, where the first passes found too much: what is foreseen is light all the same, and bounded."""
+    assert 0.5 <= _foreseen(*means) <= 10.0

@@ -95,6 +95,17 @@ from reflet.pem.pem import MOST_SHELLS
     metavar="NAME",
     help="A part that reflects, or 'none-of NAME' one that does not; may be given repeatedly.",
 )
+@click.option("--floor", is_flag=True, help="Set SCENE on a floor that shows the environment and takes its shadow.")
+@click.option(
+    "--floor-height",
+    type=click.FloatRange(0, min_open=True),
+    help="Metres above the floor from which the environment was photographed; by default SCENE's diagonal.",
+)
+@click.option(
+    "--floor-radius",
+    type=click.FloatRange(0, min_open=True),
+    help="Metres from SCENE's middle to the floor's rim; by default 10 heights.",
+)
 @codec_option
 @variant_option
 @click.option("--resume", is_flag=True, help="Go on with a bake that was stopped, with the same options.")
@@ -122,6 +133,9 @@ def bake(
     joint_spacing: float | None,
     local: str,
     reflect: tuple[str, ...],
+    floor: bool,
+    floor_height: float | None,
+    floor_radius: float | None,
     codec: Codec,
     variant: str,
     resume: bool,
@@ -139,6 +153,7 @@ def bake(
       reflet bake teapot-room --out teapot
       reflet bake ball.glb --environment studio.hdr --out ball
       reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
+      reflet bake ball.glb --environment garden.hdr --floor --out ball
       reflet bake shop.glb --reflect 'Vase*' --elevation 15 --out vase
       reflet bake shop.glb --static --out quick
       reflet bake shop.glb --distant box --local ellipsoid --views 24 --spacing 5 --out as-in-the-paper
@@ -147,6 +162,8 @@ def bake(
     """
     if static and (views or joint_spacing):
         raise RefletError("Static maps are inferred from no viewpoints: give --static, or --views and --joint-spacing.")
+    if not floor and (floor_height or floor_radius):
+        raise RefletError("The floor's sizes are given, but there is none; add --floor.")
     with progress_bar() as progress:
         progress("read", 0, 3)  # also while modules are loaded
         from reflet.pem.reader import read_statistics
@@ -154,11 +171,19 @@ def bake(
         from reflet.pipelines.bake import default_views
         from reflet.pipelines.load import load_scene
         from reflet.report.distant_choice import base_choice, distant_choice
+        from reflet.scene.floor import Floor
         from reflet.scene.views.framing import frame_orbit
         from reflet.scene.views.parameter_space import orbit_space
 
         loaded = load_scene(
-            scene, environment=environment, reflect=reflect, source_is=source_is, layer=layer, up=up, progress=progress
+            scene,
+            environment=environment,
+            reflect=reflect,
+            source_is=source_is,
+            layer=layer,
+            up=up,
+            floor=Floor(floor_height, floor_radius) if floor else None,
+            progress=progress,
         )
         orbit = frame_orbit(
             loaded,

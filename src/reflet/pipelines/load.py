@@ -10,6 +10,7 @@ from reflet.files.environment import read_environment
 from reflet.files.unreadable import check_is_file
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.assemble import assemble
+from reflet.scene.floor import Floor, with_floor
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf.read import GltfScene, read_gltf_scene
 from reflet.scene.readers.obj.read import read_obj
@@ -27,6 +28,7 @@ def load_scene(
     source_is: Parameterization | None = None,
     layer: str | None = None,
     up: str | None = None,
+    floor: Floor | None = None,
     progress: ProgressCallback = silent,
 ) -> Scene:
     """The scene in a .glb, .gltf, .obj or Mitsuba .xml file, or the built-in ``teapot-room``.
@@ -34,12 +36,17 @@ def load_scene(
     ``environment`` is a file of an environment map, as `read_env_image` takes it, that lights the scene from infinity;
     ``source_is`` is its parameterization where it does not tell, ``layer`` that of an .exr. ``reflect`` names parts
     that reflect whatever their material (case does not count, ``*`` matches anything). ``up`` is the axis of the scene
-    that points up, "y" or "z": +z becomes +y, and +y becomes -z, of a Mitsuba file's own environment too; by default
-    y, or what a Mitsuba camera says. ``progress`` hears of the three steps of reading: the environment, the file, and
-    what is made of it. Raises RefletError for anything that cannot be read or baked.
+    that points up, "y" or "z": +z becomes +y, and +y becomes -z, of a Mitsuba file's own environment too; by default y,
+    or what a Mitsuba camera says. ``floor`` sets the scene on one that shows its environment. ``progress`` hears of the
+    three steps of reading: the environment, the file, and what is made of it. Raises RefletError for anything that
+    cannot be read or baked.
     """
     progress("read", 0, 3)
+    if floor is not None and str(source) == BUILT_IN:
+        raise RefletError(f"The built-in {BUILT_IN} stands on a floor of its own; give its name without --floor.")
     scene = _load(source, environment, reflect, source_is, layer, up, progress)
+    if floor is not None:
+        scene = with_floor(scene, floor)
     progress("read", 3, 3)
     return scene
 

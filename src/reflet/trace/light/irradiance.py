@@ -28,6 +28,7 @@ from reflet.trace.sampling import LANES, block_means, shifts
 from reflet.trace.surface import OFFSET, luminance
 
 SETTLING_SPP = 4  # noise of single sites averages out over the rays of the next pass
+LEAST_FORESEEN = 0.5  # of what a pass found: noise must not foresee less than no light
 MOST_FORESEEN = 0.9  # of a bounce's light, in the next bounce: what a closed white room may promise
 MOST_PASSES = 16
 SETTLED = 3e-3  # passes end when the mean radiosity changes by less
@@ -81,7 +82,7 @@ def trace_irradiance(
 def _foreseen(first: float, second: float, third: float) -> float:
     """Where three successive means lead, over the third: each change is the same share of the one before [Aitken26]."""
     share = min(max((third - second) / (second - first), 0.0), MOST_FORESEEN)
-    return 1.0 + share / (1.0 - share) * (third - second) / third
+    return max(1.0 + share / (1.0 - share) * (third - second) / third, LEAST_FORESEEN)
 
 
 class _Gatherer:

@@ -43,11 +43,11 @@ def sample_sites(scene: Scene, budget: int) -> SampleSites:
     """Samples on all triangles that show diffuse light, and, where there are lights without extent, on those of rough
     parts, about ``budget`` of them in all.
 
-    Their spacing grows with the distance from the reflective objects. Both sides of double-sided triangles are sampled.
-    Triangles smaller than the spacing have one sample at each of their corners, and triangles that meet share them.
-    Where there are more than `MOST_SITES` budgets of such corners, neighbours in cells of space share a site, the
-    larger the farther from the reflective objects, so that the number of sites, and with it the rays, is bounded
-    however many triangles there are. About 120 bytes a triangle that shows diffuse light.
+    Their spacing grows with the distance from the reflective objects, on a floor with its square. Both sides of
+    double-sided triangles are sampled. Triangles smaller than the spacing have one sample at each of their corners, and
+    triangles that meet share them. Where there are more than `MOST_SITES` budgets of such corners, neighbours in cells
+    of space share a site, the larger the farther from the reflective objects, so that the number of sites, and with it
+    the rays, is bounded however many triangles there are. About 120 bytes a triangle that shows diffuse light.
     """
     lit = bool(scene.lights)  # rough parts show these, where they are seen
     shown = [number for number, part in enumerate(scene.parts) if _shows_diffuse(part) or (lit and is_rough(part))]
@@ -66,6 +66,9 @@ def sites_of_parts(
     shown = np.flatnonzero(shows)
     corners, normals, vertices, sides = _shown(scene, of_part)
     ruler = _ruler(corners, scene)
+    if scene.floor is not None:  # what a model hides of the sky falls with the square of the distance
+        least, floor = ruler.min(initial=np.inf), scene.triangle_offsets[scene.floor : scene.floor + 2]
+        ruler *= np.where((shown >= floor[0]) & (shown < floor[1]), ruler / least, 1.0)
     fine = _resolutions(corners, sides, ruler, budget, shared)
 
     grid = (fine + 1) * (fine + 2) // 2
