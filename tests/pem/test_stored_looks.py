@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from small_pem import same, small_pem
 
-from reflet.errors import RefletWarning
 from reflet.pem.container import open_pem, save_pem
 from reflet.scene.material import Material, Refraction, Texture
 from reflet.scene.punctual_light import PunctualLight
@@ -72,6 +71,8 @@ def test_looks_come_back(tmp_path, pem):
     material = replace(
         ball.material, base_color_texture_srgb=texture, emission=(1.0, 1.0, 1.0), alpha=0.7, alpha_mode="mask",
         alpha_cutoff=0.3, ior=1.7, specular=0.6, specular_color=(0.5, 1.0, 1.5), clearcoat=0.8, clearcoat_roughness=0.2,
+        clearcoat_texture=texture, clearcoat_roughness_texture=replace(texture, coordinates=1),
+        clearcoat_normal_texture=replace(texture, coordinates=2), clearcoat_normal_scale=0.6,
         metallic_roughness_texture=replace(texture, coordinates=2),
         emission_texture_srgb=replace(texture, wraps=("clamp", "repeat"), coordinates=1),
     )  # fmt: skip
@@ -81,8 +82,7 @@ def test_looks_come_back(tmp_path, pem):
     scene = replace(pem.scene, parts=(ball, knob, *others))
     save_plain(tmp_path / "pem", replace(pem, scene=scene))
     assert same(scene, open_pem(tmp_path / "pem").scene)
-    with pytest.warns(RefletWarning, match="coats are left out"):
-        read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
+    read = read_gltf(tmp_path / "pem" / "scene.gltf")[0]
     assert same(read.mesh.colors, colors)
     for name, written in material.textures.items():
         if written is not None:

@@ -165,13 +165,14 @@ def test_glb_and_truncated_glb(tmp_path):
 
 def test_what_is_not_honoured_is_said_once_each_and_what_is_required_is_refused(tmp_path):
     gltf = Gltf().attribute("POSITION", TRIANGLE)
-    gltf.json["extensionsUsed"] = ["EXT_lights_image_based", "KHR_materials_clearcoat", "KHR_materials_sheen"]
+    gltf.json["extensionsUsed"] = ["EXT_lights_image_based", "KHR_materials_iridescence", "KHR_materials_sheen"]
     gltf.json["nodes"] = [{"mesh": 0}, {"extensions": {"EXT_lights_image_based": {"light": 0}}, "name": "lamp"}]
-    coat = {"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}}
-    none = {"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0}}}  # changes nothing
-    gltf.json["materials"] = [{"name": "paint", **coat}, {"name": "wood", **none}, {"name": "hood", **coat}]
+    film = {"extensions": {"KHR_materials_iridescence": {"iridescenceFactor": 1}}}
+    none = {"extensions": {"KHR_materials_iridescence": {"iridescenceFactor": 0}}}  # changes nothing
+    gltf.json["materials"] = [{"name": "soap", **film}, {"name": "wood", **none}, {"name": "oil", **film}]
     left_out = [
-        "a.gltf: KHR_materials_clearcoat is not honoured: coats are left out (2 of 3 materials: paint, hood).",
+        "a.gltf: KHR_materials_iridescence is not honoured: iridescent surfaces keep their base colour "
+        "(2 of 3 materials: soap, oil).",
         "a.gltf: EXT_lights_image_based is not honoured: its environment is left out (1 of 2 nodes: lamp).",
     ]
     assert told(gltf, tmp_path) == left_out

@@ -204,7 +204,54 @@ def test_coats_and_unlit_surfaces_are_kept(tmp_path):
     parts, words = read_and_told(textured(name="a", extensions=coat | {"KHR_materials_unlit": {}}), tmp_path)
     material = parts[0].material
     assert (material.clearcoat, material.clearcoat_roughness, material.unlit) == (0.5, 0.25, True)
-    assert words == ["a.gltf: KHR_materials_clearcoat is not honoured: coats are left out (1 of 1 materials: a)."]
+    assert words == []
+
+
+def test_coats_have_textures_of_their_own(tmp_path):
+    """Each lies as it says, and bumps have tangents though nothing else is bumpy; glass has no coat."""
+    gltf = textured(name="a")
+    picture = gltf.texture(np.uint8([[[255, 188, 0, 51], [255, 188, 0, 255]]]))
+    turned = {"KHR_texture_transform": {"rotation": 0.5}}
+    coat = {
+        "clearcoatFactor": 1.5,
+        "clearcoatTexture": {"index": picture},
+        "clearcoatRoughnessFactor": 0.5,
+        "clearcoatRoughnessTexture": {"index": picture, "extensions": turned},
+        "clearcoatNormalTexture": {"index": picture, "scale": 0.7},
+    }
+    gltf.json["materials"][0]["extensions"] = {"KHR_materials_clearcoat": coat}
+    parts, words = read_and_told(gltf, tmp_path)
+    material, mesh = parts[0].material, parts[0].mesh
+    assert (material.clearcoat, material.clearcoat_roughness, material.clearcoat_normal_scale) == (1.0, 0.5, 0.7)
+    places = [material.textures[f"clearcoat_{name}texture"].coordinates for name in ("", "roughness_", "normal_")]
+    assert places[0] == places[2] != places[1]
+    assert mesh.tangents is not None and material.normal_texture is None
+    assert words == ["a.gltf: clearcoatFactor below 0 or above 1 is taken as the nearer of them (1 of 1 materials: a)."]
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    gltf.json["materials"][0]["extensions"] |= glass | {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}
+    gltf.json["materials"][0]["pbrMetallicRoughness"] = {"metallicFactor": 0}
+    parts, words = read_and_told(gltf, tmp_path)
+    assert parts[0].material.clearcoat == 0.0
+    assert "a.gltf: the clear coat of glass is left out (1 of 1 materials: a)." in words
+
+
+def test_textures_that_lie_in_more_than_four_ways_are_left_out(tmp_path):
+    gltf = textured(name="a")
+    picture = gltf.texture(np.uint8([[[255, 188, 0, 51]]]))
+
+    def lying(angle):
+        return {"index": picture, "extensions": {"KHR_texture_transform": {"rotation": angle}}}
+
+    names = ("clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture")
+    coat = {name: lying(0.1 * k) for k, name in enumerate(names, 3)}
+    gltf.json["materials"][0] |= {
+        "pbrMetallicRoughness": {"baseColorTexture": lying(0.1)}, "normalTexture": lying(0.2),
+        "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1, **coat}},
+    }  # fmt: skip
+    parts, words = read_and_told(gltf, tmp_path)
+    assert parts[0].material.clearcoat_roughness_texture is not None
+    assert parts[0].material.clearcoat_normal_texture is None
+    assert words == ["a.gltf: textures that lie otherwise than 4 others are left out (1 of 1 materials: a)."]
 
 
 def test_textures_of_reflection_count_as_their_mean(tmp_path):

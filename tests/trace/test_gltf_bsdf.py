@@ -30,6 +30,10 @@ def _plugins() -> None:
 
 
 def gltf(color: tuple[float, float, float] = COLOR, metallic: float = 0.0, roughness: float = 0.5, **more: Any) -> Any:
+    """Of a coat ``clearcoat`` and ``clearcoat_roughness`` are numbers."""
+    if "clearcoat" in more:
+        coat = {"clearcoat_roughness": 0.0, **more}
+        more |= {name: {"type": "uniform", "value": coat[name]} for name in ("clearcoat", "clearcoat_roughness")}
     return mi.load_dict(
         {
             "type": "reflet_gltf",

@@ -139,7 +139,7 @@ def _rounded(part: Part, exponent: int) -> Part:
             mesh,
             positions=on_grid(mesh.positions, exponent),
             uv=_uv_on_grid(mesh.uv) if textured and mesh.uv is not None else None,
-            tangents=None if material.normal_texture is None else mesh.tangents,
+            tangents=mesh.tangents if material.bends_normals else None,
             colors=None if mesh.colors is None else on_grid(mesh.colors, -COLOR_BITS),
             more_uv=tuple(map(_uv_on_grid, mesh.more_uv)) if textured else (),
         ),

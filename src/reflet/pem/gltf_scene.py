@@ -234,7 +234,7 @@ class _SceneWriter:
             out["emissiveFactor"] = [e / strength for e in material.emission]
             if strength > 1.0:
                 extensions[EMISSIVE_STRENGTH] = {"emissiveStrength": strength}
-        extensions |= reflection_extensions(material)
+        extensions |= reflection_extensions(material, self._texture)
         if material.alpha_mode != "opaque":
             out["alphaMode"] = material.alpha_mode.upper()
         if material.alpha_mode == "mask":
@@ -247,7 +247,7 @@ class _SceneWriter:
         self.document["materials"].append(out)
         return self.material_numbers.setdefault(id(material), len(self.document["materials"]) - 1)
 
-    def _texture(self, texture: Texture) -> dict[str, int]:
+    def _texture(self, texture: Texture) -> dict[str, Any]:
         key = id(texture.pixels), texture.wraps
         if key not in self.texture_numbers:
             images = self.document.setdefault("images", [])
@@ -368,7 +368,7 @@ def _read_material(item: dict[str, Any], textures: list[Texture]) -> Material:
         alpha=float(surface["baseColorFactor"][3]),
         alpha_mode=item.get("alphaMode", "OPAQUE").lower(),
         alpha_cutoff=item.get("alphaCutoff", 0.5),
-        **read_reflection(item.get("extensions", {})),
+        **read_reflection(item.get("extensions", {}), texture),
     )
 
 

@@ -30,6 +30,7 @@ from reflet.scene.bvh.build import build_bvh
 from reflet.scene.bvh.bvh import Bvh
 from reflet.scene.roughness import is_rough
 from reflet.scene.scene import Scene
+from reflet.scene.surface_mean import coat_mean
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.views.parameter_space import ParameterSpace
@@ -232,6 +233,9 @@ class PemWriter:
         if any(is_rough(part) for part in scene.parts):
             table = dfg_table().astype(np.float16).view(np.uint16)
             extension["ggxTable"] = buffer.add(table, "deflate" if coded else None)
+        coats = [[number, *coat_mean(part)] for number, part in enumerate(scene.parts) if part.is_coated]
+        if coats:
+            extension["coats"] = coats
         if surface is not None:
             extension["surface"] = surface_to_json(surface, buffer, coded=coded)
         buffer.write(self.folder)

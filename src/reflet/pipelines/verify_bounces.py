@@ -88,12 +88,13 @@ def verify_bounces(
     dark, own, everything = shown(ALL_SHOWN - {"distant", "local"}), shown(ALL_SHOWN - {"distant"}), shown(ALL_SHOWN)
     reflectance = shown(ALL_SHOWN - {"local"}) - dark
     light, throughput = (of / np.maximum(reflectance, LEAST_REFLECTANCE) for of in (own - dark, everything - own))
-    glass = np.array([part.material.refraction is not None for part in pem.scene.parts])
+    # what comes through glass, and by two lobes, is no single ray's
+    several = np.array([part.material.refraction is not None or part.is_coated for part in pem.scene.parts])
     compared = (
         meets
         & equal
         & ~rough_met
-        & ~glass[gbuffer.row_part[gbuffer.row_of_sample]]
+        & ~several[gbuffer.row_part[gbuffer.row_of_sample]]
         & (reflectance > LEAST_REFLECTANCE).all(1)
     )
     wrong = np.maximum(np.abs(light - ways.light), np.abs(throughput - ways.throughput)).max(1)

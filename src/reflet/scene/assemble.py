@@ -16,12 +16,15 @@ from reflet.scene.meshes.touching import touch
 from reflet.scene.punctual_light import PunctualLight
 from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
-from reflet.scene.surface_mean import surface_mean
+from reflet.scene.surface_mean import coat_mean, surface_mean
 
 SMOOTH = TRACED_ROUGHNESS
 """What is no metal reflects by default up to this perceptual roughness: smooth paint, varnish and glaze are seen to
 mirror. Of what is rougher 4 % and a little more of the light around is spread too wide to be told from diffuse light,
 but for lamps: a room's walls and furniture stay as they are."""
+
+LEAST_COAT = 0.1
+"""Of the surface (mean share of its clear coat), above which a coat as smooth makes a part reflect as well."""
 
 SURROUNDINGS = 1.75
 """Under an environment all else reflects as well, but for what is so many times as large (boxes' diagonals) as all that
@@ -48,11 +51,11 @@ def assemble(
     """The scene these parts make, and the ``lights`` among them.
 
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
-    roughness at most 0.2), if they are of glass, or are named in ``reflect``: case does not count, ``*`` matches
-    anything, names after `NONE_OF` are left out. Where no part reflects so all do; and where an environment lights them
-    and no names choose, all that are not their `SURROUNDINGS` and do not shine. Glass becomes clear, with a
-    RefletWarning where its roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…;
-    zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
+    roughness at most 0.2, or that of a clear coat), if they are of glass, or are named in ``reflect``: case does not
+    count, ``*`` matches anything, names after `NONE_OF` are left out. Where no part reflects so all do; and where an
+    environment lights them and no names choose, all that are not their `SURROUNDINGS` and do not shine. Glass becomes
+    clear, with a RefletWarning where its roughness is not 0. Parts that touch form one object. Names are made unique by
+    _2, _3…; zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
 
     Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
     nothing, scenes where nothing can reflect, and scenes without any light.
@@ -178,7 +181,9 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str], alone: bool) -> set[i
     for p, part in enumerate(parts):
         metallic, roughness = surface_mean(part)
         glass = part.material.refraction is not None
-        shiny = (metallic >= 0.5 or roughness <= SMOOTH) and not part.material.unlit
+        coat, of_coat = coat_mean(part) if part.material.clearcoat > 0.0 else (0.0, 1.0)
+        varnished = coat >= LEAST_COAT and of_coat <= SMOOTH
+        shiny = (metallic >= 0.5 or roughness <= SMOOTH or varnished) and not part.material.unlit
         if (glass or shiny) and p not in left_out:
             chosen.add(p)
         if glass and roughness > 1e-3:

@@ -57,6 +57,9 @@ class Refraction:
         return -np.log(np.maximum(self.attenuation_color, LEAST_ATTENUATION)) / self.attenuation_distance
 
 
+COAT_F0 = 0.04
+"""Reflectance of a clear coat along its normal, of index 1.5."""
+
 LEAST_ATTENUATION = 1e-6  # of a channel over the attenuation distance: black would be infinitely dense
 
 
@@ -73,8 +76,9 @@ class Material:
     there is nothing where it is below ``alpha_cutoff``, and all where not; "blend" hides that share of what is behind.
 
     What is no metal reflects by its index ``ior`` [KHR_materials_ior], times ``specular`` and at normal incidence
-    ``specular_color`` [KHR_materials_specular]; what has ``refraction`` by that one's index alone. A clear coat
-    covers the share ``clearcoat`` with a perceptual roughness of its own; the path traced reference alone shows it.
+    ``specular_color`` [KHR_materials_specular]; what has ``refraction`` by that one's index alone. A clear coat of
+    index 1.5 covers the share ``clearcoat`` of what reflects and has no refraction, with a perceptual roughness and a
+    normal map of its own [KHR_materials_clearcoat]: of their textures the first counts by red, the second by green.
     What is ``unlit`` sends its base colour as radiance, and has no diffuse light.
     """
 
@@ -98,12 +102,21 @@ class Material:
     specular_color: Vec3 = (1.0, 1.0, 1.0)
     clearcoat: float = 0.0
     clearcoat_roughness: float = 0.0
+    clearcoat_texture: Texture | None = None
+    clearcoat_roughness_texture: Texture | None = None
+    clearcoat_normal_texture: Texture | None = None
+    clearcoat_normal_scale: float = 1.0
     unlit: bool = False
 
     @property
     def emits(self) -> bool:
         """Whether it sends light of its own, as far as factors tell."""
         return self.unlit or any(self.emission)
+
+    @property
+    def bends_normals(self) -> bool:
+        """Whether it has normal maps, be it of its coat."""
+        return self.normal_texture is not None or self.clearcoat_normal_texture is not None
 
     @property
     def cutoff(self) -> float:
@@ -127,7 +140,8 @@ class Material:
     def textures(self) -> dict[str, Texture | None]:
         """All of them, by the names of their fields."""
         names = ("base_color_texture_srgb", "metallic_roughness_texture", "normal_texture", "emission_texture_srgb")
-        return {name: getattr(self, name) for name in names}
+        coats = ("clearcoat_texture", "clearcoat_roughness_texture", "clearcoat_normal_texture")
+        return {name: getattr(self, name) for name in names + coats}
 
     def __post_init__(self) -> None:
         if self.refraction is not None:

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from reflet.scene.material import COAT_F0
 from reflet.scene.scene import Part, Scene
-from reflet.scene.surface_mean import surface_area, surface_texels
+from reflet.scene.surface_mean import surface_area, surface_texels, texels_on
 
 LEAST_ROUGHNESS = 0.03
 """Below this perceptual_roughness a lobe is taken for a mirror: half of what it shows lies within 2α = 1.8 mrad of the
@@ -20,13 +21,19 @@ _FEW = 0.01  # of the surface, that may be smoother than what counts as the leas
 
 
 def is_rough(part: Part) -> bool:
-    """Whether a part reflects by a lobe, be it here and there; glass is clear."""
-    return part.reflective and part.material.refraction is None and _roughness(part) >= LEAST_ROUGHNESS
+    """Whether a part reflects by a lobe, be it here and there or in its coat; glass is clear."""
+    lobes = part.reflective and part.material.refraction is None
+    return lobes and (part.material.perceptual_roughness >= LEAST_ROUGHNESS or part.is_coated)
 
 
 def least_roughness(parts: Collection[Part]) -> float:
     """The least perceptual_roughness on the surfaces of some reflective parts; 0 where one of them is a mirror."""
-    return min((float(np.quantile(_on_surface(part), _FEW)) if is_rough(part) else 0.0 for part in parts), default=0.0)
+    return min((_least(part) if is_rough(part) else 0.0 for part in parts), default=0.0)
+
+
+def _least(part: Part) -> float:
+    least = float(np.quantile(_on_surface(part), _FEW))
+    return min(least, float(np.quantile(_on_coat(part), _FEW))) if part.is_coated else least
 
 
 def share_smoother(parts: Collection[Part], roughness: float) -> float:
@@ -37,9 +44,14 @@ def share_smoother(parts: Collection[Part], roughness: float) -> float:
         texels, material = surface_texels(part), part.material
         metallic = material.metallic * (np.ones(1) if texels is None else texels[:, 2] / 255.0)
         metal, dielectric = (float(np.mean(color)) for color in (material.base_color, material.dielectric_f0))
-        mirrored = surface_area(part.mesh) * (dielectric + metallic * (metal - dielectric))
+        area = surface_area(part.mesh)
+        mirrored = area * (dielectric + metallic * (metal - dielectric))
         smooth += float(np.mean(mirrored * (_on_surface(part) < roughness)))
         all_of_it += float(np.mean(mirrored))
+        if part.is_coated:
+            by_coat = area * COAT_F0 * material.clearcoat
+            smooth += by_coat * float(np.mean(_on_coat(part) < roughness))
+            all_of_it += by_coat
     return smooth / all_of_it if all_of_it > 0.0 else 0.0
 
 
@@ -49,18 +61,19 @@ def has_wide_lobes(part: Part) -> bool:
 
 
 def as_mirrors(scene: Scene) -> Scene:
-    """The scene with all that reflects made perfectly smooth."""
+    """The scene with all that reflects made perfectly smooth, without coats."""
     return replace(scene, parts=tuple(_smooth(part) if is_rough(part) else part for part in scene.parts))
-
-
-def _roughness(part: Part) -> float:
-    return part.material.perceptual_roughness
 
 
 def _on_surface(part: Part) -> np.ndarray:
     texels = surface_texels(part)
-    return _roughness(part) * (np.ones(1) if texels is None else texels[:, 1] / 255.0)
+    return part.material.perceptual_roughness * (np.ones(1) if texels is None else texels[:, 1] / 255.0)
+
+
+def _on_coat(part: Part) -> np.ndarray:
+    texels = texels_on(part.mesh, part.material.clearcoat_roughness_texture)
+    return part.material.clearcoat_roughness * (np.ones(1) if texels is None else texels[:, 1] / 255.0)
 
 
 def _smooth(part: Part) -> Part:
-    return replace(part, material=replace(part.material, perceptual_roughness=0.0))
+    return replace(part, material=replace(part.material, perceptual_roughness=0.0, clearcoat=0.0))

@@ -31,6 +31,12 @@ class Part:
         placed = self.mesh.uv is not None and self.mesh.tangents is not None
         return placed and self.material.normal_texture is not None
 
+    @property
+    def is_coated(self) -> bool:
+        """Whether a clear coat reflects above what it is made of."""
+        material = self.material
+        return self.reflective and material.clearcoat > 0.0 and material.refraction is None and not material.unlit
+
 
 @dataclass(frozen=True)
 class ReflectiveObject:

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Integer, UInt8
 
-from reflet.scene.material import Wrap
+from reflet.scene.material import Texture, Wrap
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
 
@@ -44,14 +44,30 @@ def surface_mean(part: Part) -> tuple[float, float]:
     return material.metallic * float(mean[2]), material.perceptual_roughness * float(mean[1])
 
 
+def coat_mean(part: Part) -> tuple[float, float]:
+    """Area-weighted mean of (share, perceptual roughness) of a part's clear coat, textures included; the roughness is
+    that of what there is of it."""
+    material, mesh = part.material, part.mesh
+    shares, roughness = (texels_on(mesh, t) for t in (material.clearcoat_texture, material.clearcoat_roughness_texture))
+    weight = np.ones(1) if shares is None else shares[:, 0] / 255.0
+    rough = np.ones(1) if roughness is None else roughness[:, 1] / 255.0
+    mean = float(weight.mean())
+    of_coat = float((weight * rough).mean()) / mean if mean > 0.0 else 1.0
+    return material.clearcoat * mean, material.clearcoat_roughness * of_coat
+
+
 def surface_texels(part: Part) -> UInt8[np.ndarray, "points 4"] | None:
     """The metallic-roughness texture at `surface_points` of a part, None where it has none."""
-    texture = part.material.metallic_roughness_texture
-    coordinates = None if texture is None else part.mesh.uv_set(texture.coordinates)
+    return texels_on(part.mesh, part.material.metallic_roughness_texture)
+
+
+def texels_on(mesh: Mesh, texture: Texture | None) -> UInt8[np.ndarray, "points 4"] | None:
+    """A texture at `surface_points` of a mesh, None where there is none or it cannot be laid on it."""
+    coordinates = None if texture is None else mesh.uv_set(texture.coordinates)
     if texture is None or coordinates is None:
         return None
-    triangle, weights = surface_points(part.mesh, _POINTS)
-    uv = np.einsum("pk,pki->pi", weights, coordinates[part.mesh.triangles[triangle]])
+    triangle, weights = surface_points(mesh, _POINTS)
+    uv = np.einsum("pk,pki->pi", weights, coordinates[mesh.triangles[triangle]])
     height, width = texture.pixels.shape[:2]
     column = np.minimum((_within(uv[:, 0], texture.wraps[0]) * width).astype(int), width - 1)
     row = np.minimum((_within(uv[:, 1], texture.wraps[1]) * height).astype(int), height - 1)

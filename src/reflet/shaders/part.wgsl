@@ -4,7 +4,7 @@
 // Bind group 1: one part, bound for its draw call. The host's side of this layout is `reflet.render.playback.layouts`.
 //
 //   binding  resource                                stages     contents
-//   0        uniform Part, 352 bytes                 fragment   geometries of its maps, material
+//   0        uniform Part, 416 bytes                 fragment   geometries of its maps, material
 //   1        texture_2d<f32> rgba8unorm-srgb         fragment   base colour, with mip levels (1x1 white if none)
 //   2        texture_2d<f32> rgba8unorm              fragment   roughness in green, metallic in blue (1x1 white if none)
 //   3        texture_2d<f32> rgba8unorm              fragment   tangent-space normals (1x1 if none)
@@ -17,11 +17,13 @@
 //   10       texture_2d_array<f32> rgba16float       fragment   distant maps that are no cubes: each face of each of them a layer
 //   11       texture_2d_array<f32> rgba16float       fragment   local maps that are no cubes
 //   12       texture_cube_array<f32> r16float        fragment   reliefs of the shells (1 texel of 0 if none)
+//   13       texture_2d_array<f32> rgba8unorm        fragment   see coat.wgsl (1 texel if none)
 //
 // Part's bytes: 0 distant[3], each: 0 geometry   48 size   52 max_lod   56 parameterization   192 local, likewise
 //   256 base_color   268 metallic   272 emission   284 normal_scale   288 bits   292 shell_count   296 transmission
 //   300 perceptual_roughness   304 absorption   316 index   320 sampling   324 extras   328 alpha   332 cutoff
-//   336 dielectric_f0   348 dielectric_f90
+//   336 dielectric_f0   348 dielectric_f90   352 coat   356 coat_roughness   360 coat_normal_scale   364 coat_sampling
+//   368 coat_pictures[3]
 
 struct Layer {
   geometry: Geometry,
@@ -51,6 +53,11 @@ struct Part {
   cutoff: f32,        // of alpha, see `holes`
   dielectric_f0: vec3f,  // of what is no metal: reflectance at normal incidence, and along the surface
   dielectric_f90: f32,
+  coat: f32,             // share of a clear coat
+  coat_roughness: f32,   // perceptual
+  coat_normal_scale: f32,
+  coat_sampling: u32,    // as `sampling`: 0 its share, 1 its roughness, 2 its normals
+  coat_pictures: array<vec4u, 3>,  // where these lie: column, row, layer, width + 65536 height; 0 where there is none
 }
 
 const PART_REFLECTIVE = 1u;
@@ -70,7 +77,9 @@ const PART_REFRACTIVE = 8192u;    // glass
 const PART_THIN = 16384u;         // glass without an inside
 const PART_ROUGH = 32768u;        // reflects by a lobe, be it here and there
 const PART_SURFACE = 65536u;      // its triangles have maps of surface_light.wgsl
-const PART_TEXTURES = 120u;       // any of the four
+const PART_COAT = 131072u;        // has a clear coat
+const PART_COAT_TEXTURES = 262144u;  // ... and pictures of it
+const PART_TEXTURES = 262264u;    // any
 
 // Pipelines may be built for one setting of a part's bits and of how its textures are looked up, for its number of shells and
 // for the kinds of its geometries and parameterizations, so that code which is off costs nothing; else they are read from the uniform.

@@ -3,6 +3,7 @@
 #import irradiance
 #import surface_light
 #import highlights
+#import coat
 
 // What one sub-sample shows. Programs import `layered` or `traced` beside this, which say what a mirror reflects and
 // what comes through glass.
@@ -30,14 +31,17 @@ fn gloss_at(s: Sample, n: vec3f) -> Gloss {
   return gloss;
 }
 
-// The mirrored rays of a sub-sample whose shading normal is n. Its neighbours' lean as its own does.
+// The mirrored rays of a sub-sample whose shading normal is n.
 fn mirrors_of(s: Sample, n: vec3f, gloss: Gloss) -> Mirrors {
-  let n1 = shading_normal(s.right, s.ng);
-  let n2 = shading_normal(s.down, s.ng);
-  let lean = gloss.ggx.z;
+  return mirrors_about(s, n, shading_normal(s.right, s.ng), shading_normal(s.down, s.ng), gloss.roughness, gloss.ggx);
+}
+
+// The same about its own normal and its neighbours', which lean as its own does.
+fn mirrors_about(s: Sample, n: vec3f, n1: vec3f, n2: vec3f, roughness: f32, ggx: vec4f) -> Mirrors {
+  let lean = ggx.z;
   var spread = 0.0;
   if (part_is(PART_ROUGH)) {
-    spread = lobe_spread(gloss.roughness * gloss.ggx.w);
+    spread = lobe_spread(roughness * ggx.w);
   }
   return Mirrors(
     s.here.p, leaning(mirrored(s.here.ray, n, s.ng), n, lean),
@@ -83,6 +87,17 @@ fn matte(s: Sample) -> vec3f {
   return emission_at(s) + albedo * diffuse_light(s);
 }
 
+// What the lobe about some rays gathers, of a sub-sample as rough as that whose shading normal is n.
+fn lobe_light(s: Sample, n: vec3f, m: Mirrors, roughness: f32) -> vec3f {
+  let traced = roughness <= TRACED_ROUGHNESS * (1.0 + chances.z);  // the one and the other side by side, if there is time
+  let shown = radiance_met(s, m, traced);
+  if (!part_is(PART_SURFACE) || traced || !switched_on(SHOW_LOCAL)) {
+    return shown;
+  }
+  let light = surface_light(s.triangle, s.b, s.back, mirrored(s.here.ray, n, s.ng));
+  return max(by_origin(light.rgb, OWN_MESH) + (1.0 - light.a) * shown, vec3f(0.0));
+}
+
 // Radiance of a reflective part: E + F (L + (1 - alpha) D), and through glass (1 - F) of what it lets through.
 fn reflective(s: Sample) -> vec3f {
   var base_color = part.base_color * part_color(s.here).rgb;
@@ -91,12 +106,7 @@ fn reflective(s: Sample) -> vec3f {
   }
   let n = shading_normal(s.here, s.ng);
   let gloss = gloss_at(s, n);
-  let traced = gloss.roughness <= TRACED_ROUGHNESS * (1.0 + chances.z);  // the one and the other side by side, if there is time
-  var shown = radiance_met(s, mirrors_of(s, n, gloss), traced);
-  if (part_is(PART_SURFACE) && !traced && switched_on(SHOW_LOCAL)) {
-    let light = surface_light(s.triangle, s.b, s.back, mirrored(s.here.ray, n, s.ng));
-    shown = max(by_origin(light.rgb, OWN_MESH) + (1.0 - light.a) * shown, vec3f(0.0));
-  }
+  var shown = lobe_light(s, n, mirrors_of(s, n, gloss), gloss.roughness);
   let dielectric = vec4f(part.dielectric_f0, part.dielectric_f90);
   var albedo = diffuse_share(base_color, gloss.metallic, dielectric, part_is(PART_ROUGH), gloss.ggx);
   if (part_is(PART_REFRACTIVE)) {
@@ -109,13 +119,30 @@ fn reflective(s: Sample) -> vec3f {
     shown *= reflectance(
       base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), part_is(PART_ROUGH), gloss.ggx);
   }
+  var below = 1.0;
+  var on_coat = vec3f(0.0);
+  if (part_is(PART_COAT)) {
+    let coat = coat_at(s);
+    below = 1.0 - coat.fresnel;
+    albedo *= below;
+    if (switched_on(SHOW_DIFFUSE)) {
+      on_coat = highlights(Shiny(
+        s.here.p, s.here.ray, coat.n, s.ng, vec3f(0.0), 0.0, vec4f(coat.fresnel), coat.roughness, vec4f(1.0, 0.0, coat.ggx.zw),
+        s.triangle, s.b, s.back));
+    }
+    if (switched_on(SHOW_FRESNEL)) {
+      let m = mirrors_about(s, coat.n, coat.n1, coat.n2, coat.roughness, coat.ggx);
+      shown = below * shown
+        + coat.fresnel * (coat.ggx.x + coat.ggx.y) * lobe_light(s, coat.n, m, coat.roughness);
+    }
+  }
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));
     if (!part_is(PART_METAL) && !part_is(PART_UNLIT)) {
       shown += albedo * diffuse_light(s);
     }
     if (part_is(PART_ROUGH)) {
-      shown += highlights(Shiny(
+      shown += on_coat + below * highlights(Shiny(
         s.here.p, s.here.ray, n, s.ng, base_color, gloss.metallic, dielectric, gloss.roughness, gloss.ggx, s.triangle, s.b, s.back));
     }
   }

@@ -1,6 +1,7 @@
 #import surface
 #import pem
 #import bvh
+#import coat
 #import glass
 #import holes
 #import irradiance
@@ -31,6 +32,7 @@ struct HitMaterial {
   alpha: f32,
   cutoff: f32,
   perceptual_roughness: f32,
+  coat: u32,                  // share and roughness of its clear coat in the mean: 16 bits each
   dielectric_f0: vec3f,
   dielectric_f90: f32,
   pictures: array<vec4u, 4>,  // base colour, metallic-roughness, normal, emission: column, row, layer, width + 65536 height
@@ -63,21 +65,13 @@ fn hit_picture(material: u32, which: u32, point: Point, srgb: bool) -> vec4f {
     uv = coordinates(sampling, hit_materials[material].extras, point);
   }
   let place = hit_materials[material].pictures[which];
-  let corner = vec2i(place.xy);
-  let size = vec2i(i32(place.w & 0xffffu), i32(place.w >> 16u));
-  let at = uv * vec2f(size) - 0.5;
-  let low = floor(at);
-  let w = at - low;
-  let first = corner + wrapped(vec2i(low), size, sampling);
-  let second = corner + wrapped(vec2i(low) + 1, size, sampling);
-  var texels = array<vec4f, 4>(
-    textureLoad(hit_pictures, first, place.z, 0), textureLoad(hit_pictures, vec2i(second.x, first.y), place.z, 0),
-    textureLoad(hit_pictures, vec2i(first.x, second.y), place.z, 0), textureLoad(hit_pictures, second, place.z, 0));
+  let taps = taps_in(place, uv, sampling);
+  var texels = taps_of(hit_pictures, taps);
   if (srgb) {
     texels = array<vec4f, 4>(
       linear_from_srgb(texels[0]), linear_from_srgb(texels[1]), linear_from_srgb(texels[2]), linear_from_srgb(texels[3]));
   }
-  return mix(mix(texels[0], texels[1], w.x), mix(texels[2], texels[3], w.x), w.y);
+  return mix(mix(texels[0], texels[1], taps.weight.x), mix(texels[2], texels[3], taps.weight.x), taps.weight.y);
 }
 
 // Whether a ray that leaves a triangle in direction d may meet a mirror.
@@ -194,11 +188,20 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   let dielectric = vec4f(material.dielectric_f0, material.dielectric_f90);
   let rough = hit_is(met.material, PART_ROUGH);
   let n_dot_v = dot(-ray, n);
+  var below = 1.0;
+  var by_coat = 0.0;
+  var coat = vec2f(0.0);
+  if (hit_is(met.material, PART_COAT)) {
+    coat = unpack2x16unorm(material.coat);
+    let fresnel = coat_fresnel(coat.x, n_dot_v);
+    let kept = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), coat.y);
+    by_coat = fresnel * (kept.x + kept.y);
+    below = 1.0 - fresnel;
+  }
   var ggx = vec4f(0.0);
   var spread = rays.spread;
   if (rough) {
     ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
-    spread = wider(spread, lobe_spread(roughness * ggx.w));
   }
   if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
@@ -208,7 +211,7 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     if (hit_is(met.material, PART_UNLIT)) {
       emission = base_color;
     } else if (!hit_is(met.material, PART_METAL)) {
-      let share = select(
+      let share = below * select(
         diffuse_share(base_color, metallic, dielectric, rough, ggx), base_color * (1.0 - material.transmission), glass);
       if (hit_is(met.material, PART_NORMAL_TEXTURE)) {
         emission += share * bent_irradiance_over_pi(met.triangle, b, met.back, n - unbent_normal(here, met.ng));
@@ -217,7 +220,7 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
       }
     }
     if (rough) {
-      emission += highlights(Shiny(
+      emission += below * highlights(Shiny(
         here.p, ray, n, met.ng, base_color, metallic, dielectric, roughness, ggx, met.triangle, b, met.back));
     }
     (*way).light += (*way).throughput * emission;
@@ -235,7 +238,16 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
         met.triangle, -met.ng, false, false, medium_after(medium, material.absorption, true, met.back));
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    (*way).throughput *= reflectance(base_color, metallic, dielectric, n_dot_v, rough, ggx);
+    let own = below * reflectance(base_color, metallic, dielectric, n_dot_v, rough, ggx);
+    (*way).throughput *= own + by_coat;
+    // one ray stands for both lobes: that of the one that sends more
+    if (by_coat > largest(own)) {
+      roughness = coat.y;
+      ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
+    }
+  }
+  if (rough) {
+    spread = wider(spread, lobe_spread(roughness * ggx.w));
   }
   let straight = mirrored(ray, n, met.ng);
   if (hit_is(met.material, PART_SURFACE) && roughness > TRACED_ROUGHNESS) {

@@ -15,10 +15,10 @@ from jaxtyping import Bool
 
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
-from reflet.scene.material import WRAPS, Material
+from reflet.scene.material import WRAPS
 from reflet.scene.punctual_light import packed
 from reflet.scene.roughness import LEAST_ROUGHNESS
-from reflet.scene.scene import Scene
+from reflet.scene.scene import Part, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
 
 NO_TEXTURE = 0xFFFFFFFF
@@ -108,10 +108,13 @@ class DeviceScene:
         """Which parts have a normal map that applies."""
         return np.array([part.has_normal_map for part in self.scene.parts])
 
-    @property
+    @cached_property
     def has_normal_maps(self) -> bool:
-        """Whether any part has."""
-        return bool(self.has_bent_normals.any())
+        """Whether any part has, be it of its coat."""
+        return bool(self.has_bent_normals.any()) or any(
+            part.material.clearcoat_normal_texture is not None and part.mesh.tangents is not None
+            for part in self.scene.parts
+        )
 
     def _mesh(self, triangles: np.ndarray) -> "mi.Mesh":
         seen = np.zeros(len(self.positions), bool)
@@ -143,8 +146,8 @@ class DeviceScene:
                 texels.append(np.ascontiguousarray(texture.pixels).view(np.uint32).ravel())
             return known[id(texture)]
 
-        colors, emissions, slots, flags, glass, absorption, roughest = [], [], [], [], [], [], 0.0
-        alphas, dielectrics = [], []
+        colors, emissions, slots, flags, glass, absorption = [], [], [], [], [], []
+        alphas, dielectrics, coats, coat_slots = [], [], [], []
         for number, (part, owner) in enumerate(zip(self.scene.parts, self.scene.object_of_part, strict=True)):
             m = part.material
             normal_texture = m.normal_texture if part.has_normal_map else None
@@ -161,14 +164,21 @@ class DeviceScene:
             kind = (0, 0, 0) if refraction is None else (refraction.index, refraction.transmission, refraction.thin)
             glass.append((*kind, 0))
             absorption.append((0,) * 4 if refraction is None else (*refraction.absorption, 0))
-            if owner >= 0 and refraction is None:
-                roughest = max(roughest, _greatest_roughness(m, textured))
+            coats.append((part.is_coated * m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale, 0))
+            bumps = m.clearcoat_normal_texture if part.mesh.tangents is not None else None
+            coat = (m.clearcoat_texture, m.clearcoat_roughness_texture, bumps, None)
+            coat_slots.append([slot(texture if textured and part.is_coated else None) for texture in coat])
         self.has_glass = any(index > 0 for index, *_ in glass)
         self.part_glass, self.part_absorption = _floats(np.array(glass)), _floats(np.array(absorption))
         self.has_holes = any(part.material.alpha_mode != "opaque" for part in self.scene.parts)
         self.part_alpha = _floats(np.array(alphas))
         self.part_dielectric = _floats(np.array(dielectrics))
-        self.has_rough = roughest >= LEAST_ROUGHNESS
+        self.has_coats = any(part.is_coated for part in self.scene.parts)
+        if self.has_coats:
+            self.part_coat = _floats(np.array(coats))
+            self.part_coat_textures = mi.UInt32(np.array(coat_slots, np.uint32).ravel())
+        roughest = [_greatest_roughness(part) for part in self.scene.parts]
+        self.has_rough = self.has_coats or max(roughest, default=0.0) >= LEAST_ROUGHNESS
         if self.has_rough:
             self.part_roughness = _floats(np.array([part.material.perceptual_roughness for part in self.scene.parts]))
             albedos = mi.TensorXf(np.ascontiguousarray(dfg_table()[..., :2]))
@@ -192,8 +202,12 @@ class DeviceScene:
             self.environment = _floats(np.dstack([light.radiance, np.zeros(light.radiance.shape[:2])]))
 
 
-def _greatest_roughness(material: Material, textured: bool) -> float:
-    texture = material.metallic_roughness_texture if textured else None
+def _greatest_roughness(part: Part) -> float:
+    """Of what reflects by lobes; 0 of all else."""
+    material = part.material
+    if not part.reflective or material.refraction is not None:
+        return 0.0
+    texture = material.metallic_roughness_texture if part.mesh.uv is not None else None
     most = 1.0 if texture is None else float(texture.pixels[..., 1].max()) / 255.0
     return material.perceptual_roughness * most
 

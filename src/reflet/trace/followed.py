@@ -100,8 +100,8 @@ class RayFollower:
 
 
 def _mirror(part: Part) -> Part:
-    """The part as playback follows rays: mirrored, whatever its roughness."""
-    return replace(part, material=replace(part.material, perceptual_roughness=0.0))
+    """The part as playback follows rays: mirrored, whatever its roughness and its coat."""
+    return replace(part, material=replace(part.material, perceptual_roughness=0.0, clearcoat=0.0))
 
 
 def _axes(table: Float[np.ndarray, "rays 3"]) -> list["mi.Float"]:

@@ -7,9 +7,11 @@ import drjit as dr
 import mitsuba as mi
 
 from reflet.scene.roughness import LEAST_ROUGHNESS
-from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, NO_TEXTURE, OBJECT_SHIFT, UNLIT, DeviceScene
+from reflet.trace.coat import Coat, coat_at
+from reflet.trace.device_scene import DOUBLE_SIDED, GONE_THROUGH, OBJECT_SHIFT, UNLIT, DeviceScene
 from reflet.trace.glass import glass_reflectance, refracted
 from reflet.trace.lobe import GlossyLobe
+from reflet.trace.textured import interpolated, more_uv, normal_mapped, texture_at, unit
 
 BEND = 1e-3  # least cosine between a mirrored ray and the geometric normal, see CONVENTIONS.md
 OFFSET = 1e-5  # a ray starts this far off its surface, in units of the largest coordinate there
@@ -31,6 +33,8 @@ class Surface:
     ``rough`` marks what reflects by a ``lobe``, where scenes have any: its F is Schlick's of ``f0`` and ``f90``, which
     count light that bounces between microfacets; ``albedo`` is what it would reflect of constant light for F = 1. There
     ``fresnel`` is the directional albedo, and diffuse is what the dielectric's leaves.
+
+    Where scenes have any ``coat``, all these reflectances are of what gets through it.
     """
 
     visible: Any
@@ -57,6 +61,7 @@ class Surface:
     f0: Any = None
     f90: Any = None
     albedo: Any = 1.0
+    coat: Coat | None = None
 
 
 def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface:  # type: ignore[no-untyped-def]
@@ -70,7 +75,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     q = [dr.gather(mi.Vector4f, device.normal_v, corners[k], valid) for k in range(3)]
     at = p[0] * b0 + p[1] * b1 + p[2] * b2
     bt = q[0] * b0 + q[1] * b1 + q[2] * b2
-    texcoords = [mi.Point2f(at.w, bt.w), *_more_uv(device, corners, (b0, b1, b2), valid)]
+    texcoords = [mi.Point2f(at.w, bt.w), *more_uv(device, corners, (b0, b1, b2), valid)]
     position = mi.Point3f(at.x, at.y, at.z)
     extent = dr.maximum(dr.max(dr.abs(position)), dr.max(dr.abs(mi.Vector3f(p[0].x, p[0].y, p[0].z))))
 
@@ -92,19 +97,19 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     emission = mi.Color3f(emission_scale.x, emission_scale.y, emission_scale.z)
     normal = mi.Vector3f(bt.x, bt.y, bt.z)
     if device.has_colors:
-        color = _interpolated(mi.Vector4f, device.colors, corners, (b0, b1, b2), visible)
+        color = interpolated(mi.Vector4f, device.colors, corners, (b0, b1, b2), visible)
         base_color *= mi.Color3f(color.x, color.y, color.z)
     if device.has_textures:
-        base_color *= _texture(device, slots.x, texcoords, visible, srgb=True)
-        other = _texture(device, slots.y, texcoords, visible & (owner > 0), srgb=False)
+        base_color *= texture_at(device, slots.x, texcoords, visible, srgb=True)
+        other = texture_at(device, slots.y, texcoords, visible & (owner > 0), srgb=False)
         metallic *= other.z
         roughness *= other.y
-        emission *= _texture(device, slots.w, texcoords, visible, srgb=True)
-    smooth = _unit(normal, geometric)
+        emission *= texture_at(device, slots.w, texcoords, visible, srgb=True)
+    smooth = unit(normal, geometric)
     unbent = dr.select(dr.dot(smooth, geometric) < 0.0, -smooth, smooth)
     if device.has_normal_maps:
-        normal = _normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoords, emission_scale.w, visible)
-    normal = _unit(normal, geometric)
+        normal = normal_mapped(device, corners, (b0, b1, b2), normal, slots.z, texcoords, emission_scale.w, visible)
+    normal = unit(normal, geometric)
     normal = dr.select(dr.dot(normal, geometric) < 0.0, -normal, normal)
 
     reflects = visible & (owner > 0)
@@ -145,6 +150,14 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         rough = {"rough": by_lobe, "lobe": lobe, "f0": f0, "f90": f90, "albedo": a + b}
         fresnel = dr.select(by_lobe, f0 * a + f90 * b, fresnel)
         diffuse *= dr.select(by_lobe, 1.0 - (facing * a + grazing * b) * paint, 1.0)
+    coat = None
+    if device.has_coats:
+        weights = b0, b1, b2
+        above = mi.Vector3f(bt.x, bt.y, bt.z)
+        coat = coat_at(device, part, corners, weights, texcoords, above, geometric, direction, reflects & ~passes)
+        below = 1.0 - coat.fresnel
+        fresnel, diffuse = fresnel * below, diffuse * below
+        rough |= {"f0": rough["f0"] * below, "f90": rough["f90"] * below}
     unlit = (flags & UNLIT) != 0
     emission = dr.select(unlit, base_color, emission)
     diffuse = dr.select(unlit, 0.0, diffuse)
@@ -166,6 +179,7 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
         fresnel=fresnel,
         mirrored=mirrored,
         passes=passes,
+        coat=coat,
         **glass,
         **rough,
     )
@@ -187,27 +201,14 @@ def alpha_at(device: DeviceScene, triangle, uv, valid):  # type: ignore[no-untyp
     table = dr.gather(mi.Vector2f, device.part_alpha, part, valid)
     alpha = table.x
     if device.has_colors:
-        alpha = alpha * _interpolated(mi.Vector4f, device.colors, corners, weights, valid).w
+        alpha = alpha * interpolated(mi.Vector4f, device.colors, corners, weights, valid).w
     if device.has_textures:
         slots = dr.gather(mi.Vector4u, device.part_textures, part, valid)
-        u = _interpolated(mi.Vector4f, device.position_u, corners, weights, valid).w
-        v = _interpolated(mi.Vector4f, device.normal_v, corners, weights, valid).w
-        texcoords = [mi.Point2f(u, v), *_more_uv(device, corners, weights, valid)]
-        alpha = alpha * _texture(device, slots.x, texcoords, valid, srgb=False, alpha=True).x
+        u = interpolated(mi.Vector4f, device.position_u, corners, weights, valid).w
+        v = interpolated(mi.Vector4f, device.normal_v, corners, weights, valid).w
+        texcoords = [mi.Point2f(u, v), *more_uv(device, corners, weights, valid)]
+        alpha = alpha * texture_at(device, slots.x, texcoords, valid, srgb=False, alpha=True).x
     return alpha, table.y
-
-
-def _interpolated(kind, table, corners, weights, active):  # type: ignore[no-untyped-def]
-    return sum(dr.gather(kind, table, corners[k], active) * weights[k] for k in range(3))
-
-
-def _more_uv(device: DeviceScene, corners, weights, active):  # type: ignore[no-untyped-def]
-    return [_interpolated(mi.Point2f, table, corners, weights, active) for table in device.more_uv]
-
-
-def _unit(vector, otherwise):  # type: ignore[no-untyped-def]
-    squared = dr.squared_norm(vector)
-    return dr.select(squared > 1e-24, vector / dr.sqrt(dr.maximum(squared, 1e-30)), otherwise)
 
 
 def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active, bend):  # type: ignore[no-untyped-def]
@@ -233,7 +234,7 @@ def radiosity_at(device: DeviceScene, triangle, b1, b2, back, active, bend):  # 
     corners = index(i + step, j + step), index(i + 1, j), index(i, j + 1)
 
     def mean(table):  # type: ignore[no-untyped-def]
-        return _interpolated(mi.Vector4f, table, corners, (1.0 - w_x - w_y, w_x, w_y), active)
+        return interpolated(mi.Vector4f, table, corners, (1.0 - w_x - w_y, w_x, w_y), active)
 
     value = mean(device.radiosity)
     radiosity = mi.Color3f(value.x, value.y, value.z)
@@ -274,55 +275,3 @@ def sky_lookup(device: DeviceScene, table, direction, active):  # type: ignore[n
     top = dr.lerp(pixel(0, 0), pixel(1, 0), x - fx)
     bottom = dr.lerp(pixel(0, 1), pixel(1, 1), x - fx)
     return dr.lerp(top, bottom, y - fy)
-
-
-def _texture(device: DeviceScene, slot, texcoords, active, srgb: bool, alpha: bool = False):  # type: ignore[no-untyped-def]
-    """Bilinear lookup in linear values, or of ``alpha``, by the texture's own coordinates; white where a lane has no
-    texture."""
-    active = active & (slot != NO_TEXTURE)
-    header = dr.gather(mi.Vector4u, device.texture_headers, slot, active)
-    width, height = mi.Int32(dr.maximum(header.y, 1)), mi.Int32(dr.maximum(header.z, 1))
-    uv = texcoords[0]
-    for number, other in enumerate(texcoords[1:], 1):
-        uv = dr.select((header.w >> 4) == number, other, uv)
-
-    def axis(coordinate, size, wrap):  # type: ignore[no-untyped-def]
-        repeats = wrap == 0
-        wrapped = dr.select(repeats, coordinate - dr.floor(coordinate), dr.clip(coordinate, 0.0, 1.0))
-        mirrored = dr.abs(coordinate - 2.0 * dr.floor(0.5 * coordinate + 0.5))
-        x = dr.select(wrap == 2, mirrored, wrapped) * size - 0.5
-        low = mi.Int32(dr.floor(x))
-        high = low + 1
-        fraction = x - low
-        low = dr.select(low < 0, dr.select(repeats, size - 1, 0), low)
-        high = dr.select(high >= size, dr.select(repeats, 0, size - 1), high)
-        return low, high, fraction
-
-    x0, x1, fx = axis(uv.x, width, header.w & 3)
-    y0, y1, fy = axis(uv.y, height, (header.w >> 2) & 3)
-
-    def texel(x, y):  # type: ignore[no-untyped-def]
-        packed = dr.gather(mi.UInt32, device.texels, header.x + mi.UInt32(y * width + x), active)
-        channels = [packed >> 24] * 3 if alpha else [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255]
-        if srgb:
-            return mi.Color3f(*(dr.gather(mi.Float, device.linear_from_srgb, c, active) for c in channels))
-        return mi.Color3f(*(mi.Float(c) / 255.0 for c in channels))
-
-    value = dr.lerp(dr.lerp(texel(x0, y0), texel(x1, y0), fx), dr.lerp(texel(x0, y1), texel(x1, y1), fx), fy)
-    return dr.select(active, value, 1.0)
-
-
-def _normal_mapped(device, corners, barycentrics, normal, slot, texcoords, scale, active):  # type: ignore[no-untyped-def]
-    """The interpolated normal turned by a tangent-space normal map as glTF says; unit bitangent cross(n, t)·w."""
-    active = active & (slot != NO_TEXTURE)
-    tangent, handedness = mi.Vector4f(0.0), mi.Float(1.0)
-    for k in range(3):
-        corner = dr.gather(mi.Vector4f, device.tangents, corners[k], active)
-        tangent += corner * barycentrics[k]
-        handedness = corner.w if k == 0 else handedness
-    along = dr.normalize(mi.Vector3f(tangent.x, tangent.y, tangent.z))
-    n = dr.normalize(normal)
-    across = dr.cross(n, along) * handedness
-    local = _texture(device, slot, texcoords, active, srgb=False) * 2.0 - 1.0
-    mapped = along * (local.x * scale) + across * (local.y * scale) + n * local.z
-    return dr.select(active, mapped, normal)

@@ -27,6 +27,17 @@ export interface Refraction {
   readonly thin: boolean;
 }
 
+/** A clear coat: the fields of reflet.scene.material.Material. */
+export interface Coat {
+  readonly share: number;
+  /** Perceptual. */
+  readonly roughness: number;
+  readonly normalScale: number;
+  readonly shareTexture: PictureTexture | undefined;
+  readonly roughnessTexture: PictureTexture | undefined;
+  readonly normalTexture: PictureTexture | undefined;
+}
+
 export interface Material {
   readonly baseColor: Vec3;
   readonly metallic: number;
@@ -40,6 +51,7 @@ export interface Material {
   readonly normalTexture: PictureTexture | undefined;
   readonly emissionTexture: PictureTexture | undefined;
   readonly refraction: Refraction | undefined;
+  readonly coat: Coat | undefined;
   readonly alpha: number;
   /** What alpha is compared with; below 0 it is blended, undefined where the material is opaque. */
   readonly cutoff: number | undefined;
@@ -64,6 +76,8 @@ export interface Part {
   readonly moreUv: readonly Float32Array[];
   /** Whether its triangles have maps of local light. */
   readonly surfaceLight?: boolean;
+  /** Share and roughness of its clear coat in the mean over its surface. */
+  readonly coatMean?: readonly [number, number];
   readonly bounds: Bounds;
 }
 
@@ -80,6 +94,13 @@ interface TextureSlot {
 }
 
 interface MaterialExtensions {
+  KHR_materials_clearcoat?: {
+    clearcoatFactor: number;
+    clearcoatRoughnessFactor: number;
+    clearcoatTexture?: TextureSlot;
+    clearcoatRoughnessTexture?: TextureSlot;
+    clearcoatNormalTexture?: TextureSlot;
+  };
   KHR_materials_emissive_strength?: { emissiveStrength: number };
   KHR_materials_ior?: { ior: number };
   KHR_materials_specular?: { specularFactor: number; specularColorFactor: number[] };
@@ -271,6 +292,7 @@ function readMaterial(item: Document["materials"][number], textures: PictureText
     normalTexture: texture(item.normalTexture),
     emissionTexture: texture(item.emissiveTexture),
     refraction: readRefraction(item.extensions ?? {}),
+    coat: readCoat(item.extensions ?? {}, texture),
     alpha: surface.baseColorFactor[3] ?? 1,
     cutoff: item.alphaMode === "MASK" ? (item.alphaCutoff ?? 0.5) : item.alphaMode === "BLEND" ? -1 : undefined,
     dielectric: dielectricOf(item.extensions ?? {}),
@@ -284,6 +306,21 @@ function dielectricOf(extensions: MaterialExtensions): { f0: Vec3; f90: number }
   const { specularFactor = 1, specularColorFactor = [1, 1, 1] } = extensions.KHR_materials_specular ?? {};
   const facing = ior === 0 ? 1 : ((ior - 1) / (ior + 1)) ** 2;
   return { f0: vec3(specularColorFactor.map((c) => specularFactor * Math.min(facing * c, 1))), f90: specularFactor };
+}
+
+function readCoat(
+  { KHR_materials_clearcoat: coat, KHR_materials_unlit: unlit }: MaterialExtensions,
+  texture: (slot: TextureSlot | undefined) => PictureTexture | undefined,
+): Coat | undefined {
+  if (!coat || unlit || coat.clearcoatFactor <= 0) return undefined;
+  return {
+    share: coat.clearcoatFactor,
+    roughness: coat.clearcoatRoughnessFactor,
+    normalScale: coat.clearcoatNormalTexture?.scale ?? 1,
+    shareTexture: texture(coat.clearcoatTexture),
+    roughnessTexture: texture(coat.clearcoatRoughnessTexture),
+    normalTexture: texture(coat.clearcoatNormalTexture),
+  };
 }
 
 const LEAST_ATTENUATION = 1e-6; // of a channel over the attenuation distance: black would be infinitely dense

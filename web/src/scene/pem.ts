@@ -124,6 +124,8 @@ interface Extension {
   irradiance: StoredIrradiance;
   ggxTable?: ArrayDescription;
   surface?: StoredSurface;
+  /** Numbers of coated parts, share and roughness of their coats in the mean. */
+  coats?: [number, number, number][];
   environment?: ArrayDescription | { uri: string; shape: number[] };
   traced?: { mostHits: number; companions?: number[] } & Record<Exclude<keyof Bvh, "companions">, ArrayDescription>;
 }
@@ -144,7 +146,7 @@ export async function readPem(scene: SceneFile): Promise<Pem | undefined> {
     extension.traced && readTraced(extension.traced, files),
   ]);
   return {
-    parts: partsWithMaps(ggxTable ? parts : parts.map(smooth), surface),
+    parts: partsWithMaps(ggxTable ? withCoats(parts, extension.coats ?? []) : parts.map(smooth), surface),
     axes: extension.parameterSpace.axes,
     orbit: readOrbit(extension.parameterSpace.orbit),
     layers,
@@ -186,8 +188,16 @@ async function readTable(stored: ArrayDescription, files: SceneFile["files"]): P
   return { rows, columns, values: await files.array(Uint16Array, stored) };
 }
 
-/** A part without roughness. */
-const smooth = (part: Part): Part => ({ ...part, material: { ...part.material, roughness: 0 } });
+/** A part without roughness and coat. */
+const smooth = (part: Part): Part => ({ ...part, material: { ...part.material, roughness: 0, coat: undefined } });
+
+function withCoats(parts: readonly Part[], coats: NonNullable<Extension["coats"]>): Part[] {
+  const means = new Map(coats.map(([number, share, roughness]) => [number, [share, roughness] as const]));
+  return parts.map((part, number) => {
+    const coatMean = means.get(number);
+    return coatMean ? { ...part, coatMean } : part;
+  });
+}
 
 async function readTraced(stored: NonNullable<Extension["traced"]>, files: SceneFile["files"]): Promise<Traced> {
   if (!(stored.mostHits >= 1 && stored.mostHits <= MOST_HITS)) {

@@ -7,16 +7,13 @@ import numpy as np
 import wgpu
 from jaxtyping import Int, UInt32
 
-from reflet.render.device.textures import check_size
-from reflet.render.playback.atlas import atlas_of
 from reflet.render.playback.layouts import HIT_MATERIAL, METAL, fill_material, pictures_of
+from reflet.render.playback.picture_atlas import picture_atlas
 from reflet.scene.bvh.bvh import Bvh, corners_of
 from reflet.scene.bvh.nodes import refitted
 from reflet.scene.companions import traced_parts
-from reflet.scene.material import Texture
 from reflet.scene.scene import Part, Scene
-
-_USAGE = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
+from reflet.scene.surface_mean import coat_mean
 
 
 def bvh_words(scene: Scene, bvh: Bvh, drawn_number: Int[np.ndarray, "triangles"]) -> UInt32[np.ndarray, "places 4"]:
@@ -52,21 +49,14 @@ def hit_materials(
     """`HIT_MATERIAL` of parts, whose vertices' extras lie at ``extras`` and which have ``bits`` besides, the texture
     that holds their pictures, and all bits that any of them has."""
     parts = [part if part.reflective else _matte(part) for part in met]
-    pictures: dict[int, Texture] = {id(it.pixels): it for part in parts for it in pictures_of(part) if it is not None}
-    sizes = [picture.pixels.shape[1::-1] for picture in pictures.values()]
-    atlas = atlas_of(sizes)
-    check_size(device, *atlas.size[:2], "A texture")
-    texture = device.create_texture(size=atlas.size, format="rgba8unorm", usage=_USAGE)
-    place_of = {}
-    for (key, picture), place, (width, height) in zip(pictures.items(), atlas.places, sizes, strict=True):
-        place_of[key] = (*place, width | height << 16)
-        pixels = np.ascontiguousarray(picture.pixels)
-        layout = {"bytes_per_row": 4 * width, "rows_per_image": height}
-        device.queue.write_texture({"texture": texture, "origin": place}, pixels, layout, (width, height, 1))
+    texture, place_of = picture_atlas(device, (picture for part in parts for picture in pictures_of(part)))
     out = np.zeros(max(len(parts), 1), HIT_MATERIAL)  # a binding may not be empty
     for entry, part, its_extras, its_bits in zip(out, parts, extras, bits, strict=False):
         fill_material(entry, part, its_extras)
         entry["bits"] |= its_bits
+        if part.is_coated:
+            share, roughness = (round(65535.0 * mean) for mean in coat_mean(part))
+            entry["coat"] = share | roughness << 16
         for k, picture_or_none in enumerate(pictures_of(part)):
             if picture_or_none is not None:
                 entry["pictures"][k] = place_of[id(picture_or_none.pixels)]

@@ -29,6 +29,7 @@ REFLECTIVE, DOUBLE_SIDED, HAS_LOCAL = 1, 2, 4
 BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE, NORMAL_TEXTURE, EMISSION_TEXTURE = 8, 16, 32, 64
 COLORS, MORE_UV, HOLES, UNLIT = 128, 256, 512, 4096
 METAL, OFF_HULL, REFRACTIVE, THIN, ROUGH, SURFACE = 1024, 2048, 8192, 16384, 32768, 65536
+COAT, COAT_TEXTURES = 131072, 262144
 
 LARGEST_BLEND = 8  # samples of the parameter space in one lookup; behind them in the frame's arrays stands the base
 
@@ -50,7 +51,8 @@ PART = np.dtype(
         ("emission", "f4", 3), ("normal_scale", "f4"), ("bits", "u4"), ("shell_count", "u4"),
         ("transmission", "f4"), ("perceptual_roughness", "f4"), ("absorption", "f4", 3), ("index", "f4"),
         ("sampling", "u4"), ("extras", "u4"), ("alpha", "f4"), ("cutoff", "f4"),
-        ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"),
+        ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"), ("coat", "f4"), ("coat_roughness", "f4"),
+        ("coat_normal_scale", "f4"), ("coat_sampling", "u4"), ("coat_pictures", "u4", (3, 4)),
     ]
 )  # fmt: skip
 HIT_MATERIAL = np.dtype(
@@ -58,7 +60,7 @@ HIT_MATERIAL = np.dtype(
         ("base_color", "f4", 3), ("metallic", "f4"), ("emission", "f4", 3), ("normal_scale", "f4"),
         ("bits", "u4"), ("transmission", "f4"), ("sampling", "u4"), ("extras", "u4"),
         ("absorption", "f4", 3), ("index", "f4"), ("alpha", "f4"), ("cutoff", "f4"),
-        ("perceptual_roughness", "f4"), ("padding", "u4"),
+        ("perceptual_roughness", "f4"), ("coat", "u4"),
         ("dielectric_f0", "f4", 3), ("dielectric_f90", "f4"), ("pictures", "u4", (4, 4)),
     ]
 )  # fmt: skip
@@ -131,6 +133,11 @@ def part_uniform(part: Part, shells: Sequence[Layer], local: Layer | None, extra
         place["parameterization"] = layer.parameterization.kind
     fill_material(out, part, extras)
     out["bits"] |= HAS_LOCAL * (local is not None)
+    if part.is_coated:
+        material = part.material
+        out["coat"], out["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
+        out["coat_normal_scale"] = material.clearcoat_normal_scale
+        out["coat_sampling"] = _sampling(coat_pictures_of(part))
     return out
 
 
@@ -143,10 +150,7 @@ def fill_material(entry: np.ndarray | np.void, part: Part, extras: int) -> None:
     entry["bits"], entry["extras"] = part_bits(part), extras
     entry["alpha"], entry["cutoff"] = material.alpha, material.cutoff
     entry["dielectric_f0"], entry["dielectric_f90"] = material.dielectric_f0, material.dielectric_f90
-    for k, texture in enumerate(pictures_of(part)):
-        if texture is not None:
-            along, across = map(WRAPS.index, texture.wraps)
-            entry["sampling"] |= (along | across << 2 | texture.coordinates << 4) << 8 * k
+    entry["sampling"] = _sampling(pictures_of(part))
     if part.reflective and material.refraction is not None:
         entry["transmission"], entry["index"] = material.refraction.transmission, material.refraction.index
         entry["absorption"] = material.refraction.absorption
@@ -163,6 +167,27 @@ def pictures_of(part: Part) -> tuple[Texture | None, ...]:
     )
 
 
+def coat_pictures_of(part: Part) -> tuple[Texture | None, ...]:
+    """Likewise of its clear coat: its share, its roughness, its normals; none where it has no coat."""
+    material, mesh = part.material, part.mesh
+    placed = part.is_coated and mesh.uv is not None
+    return (
+        material.clearcoat_texture if placed else None,
+        material.clearcoat_roughness_texture if placed else None,
+        material.clearcoat_normal_texture if placed and mesh.tangents is not None else None,
+    )
+
+
+def _sampling(textures: Sequence[Texture | None]) -> int:
+    """A byte for each: how it wraps, and its set of texture coordinates."""
+    bits = 0
+    for k, texture in enumerate(textures):
+        if texture is not None:
+            along, across = map(WRAPS.index, texture.wraps)
+            bits |= (along | across << 2 | texture.coordinates << 4) << 8 * k
+    return bits
+
+
 def part_bits(part: Part) -> int:
     """What a part's own bits say, whatever it looks up."""
     bits = REFLECTIVE * part.reflective + DOUBLE_SIDED * part.material.double_sided
@@ -174,7 +199,8 @@ def part_bits(part: Part) -> int:
     refraction = part.material.refraction if part.reflective else None
     if refraction is not None:
         return bits | REFRACTIVE | THIN * refraction.thin | METAL * (refraction.transmission >= 1.0)
-    bits |= ROUGH * is_rough(part)
+    bits |= ROUGH * is_rough(part) | COAT * part.is_coated
+    bits |= COAT_TEXTURES * any(texture is not None for texture in coat_pictures_of(part))
     return bits | METAL * (part.material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
 
 
@@ -224,5 +250,6 @@ def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
             texture(10, "2d-array"),
             texture(11, "2d-array"),
             texture(12, "cube-array"),
+            texture(13, "2d-array"),
         ]
     )

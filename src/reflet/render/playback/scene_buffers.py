@@ -31,8 +31,10 @@ from reflet.render.playback.layouts import (
     REFLECTIVE,
     REFRACTIVE,
     TRIANGLE_ON_HULL,
+    coat_pictures_of,
     part_uniform,
 )
+from reflet.render.playback.picture_atlas import picture_atlas
 from reflet.render.playback.punctual_lights import light_words, lit
 from reflet.render.playback.stacks import Stack
 from reflet.render.playback.surface_maps import sites_of, surface_bits, upload_surface
@@ -115,6 +117,10 @@ class SceneBuffers:
                 {"binding": 13, "resource": {"buffer": self._storage(light_words(scene, colours))}},
             ],
         )
+        self._coats = [
+            picture_atlas(device, coat_pictures_of(part)) if part.is_coated else None for part in scene.parts
+        ]
+        self._no_coat, _ = picture_atlas(device, ())
         parts = [self._part_uniform(i) for i in range(len(scene.parts))]
         self._part_uniforms = [
             device.create_buffer_with_data(data=data.tobytes(), usage=wgpu.BufferUsage.UNIFORM) for data in parts
@@ -145,6 +151,7 @@ class SceneBuffers:
                 self._maps(arrays, distant, cubes=False),
                 self._maps(arrays, local, cubes=False),
                 self._reliefs_of(distant),
+                (self._no_coat if (coat := self._coats[i]) is None else coat[0]).create_view(dimension="2d-array"),
             ]
             entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
             groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
@@ -190,6 +197,10 @@ class SceneBuffers:
         shells, extras = self._layers_of(part, "distant"), self._extras[part]
         data = part_uniform(self._pem.scene.parts[part], shells, local[0] if local else None, extras)
         data["bits"] |= self._surface_bits[part]
+        if (coat := self._coats[part]) is not None:
+            for k, picture in enumerate(coat_pictures_of(self._pem.scene.parts[part])):
+                if picture is not None:
+                    data["coat_pictures"][k] = coat[1][id(picture.pixels)]
         return data
 
     def _draws_of(self, part: int, data: np.ndarray) -> list[Draw]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, Integer, UInt32
 
-MOST_UV = 4  # sets of texture coordinates of one mesh: as many as a material has textures
+MOST_UV = 4  # sets of texture coordinates of one mesh: as many as a material has textures, but for those of a coat
 
 
 @dataclass(frozen=True)

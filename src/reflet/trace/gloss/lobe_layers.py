@@ -33,6 +33,7 @@ from reflet.trace.light.punctual import highlights
 from reflet.trace.light.radiance import (
     arrive,
     arrive_drawn,
+    coat_light,
     kept,
     leave,
     medium_after,
@@ -102,6 +103,7 @@ def lobe_samples(device: DeviceScene, surface: Surface, numbers, index: int, she
     part = dr.select(active, surface.part, NOTHING)
     albedo = dr.select(rough, surface.albedo, 1.0)
     glow = surface.glow + highlights(device, surface, rough)  # playback reckons these: no map can hold them
+    glow += coat_light(device, surface, numbers, active)  # rows are of the lobe below
     outputs = [*glow, *surface.fresnel, weight, albedo, *local, *shown, *found, *shown_found]
     for shell in beyond:
         outputs += [*shell.light]

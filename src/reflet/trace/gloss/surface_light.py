@@ -108,7 +108,7 @@ def _traced(
     roughness = dr.sqrt(surface.lobe.alpha)  # type: ignore[union-attr]
     lobe = GlossyLobe(towards, point.smooth, point.geometric, roughness)
     a, b = dfg_at(device, lobe.n_dot_v, roughness)
-    surface = replace(surface, lobe=lobe, mirrored=lobe.mirrored, albedo=a + b)
+    surface = replace(surface, lobe=lobe, mirrored=lobe.mirrored, albedo=a + b, coat=None)
     numbers = [*shifted_multiples(sample, PLANE, key, opaque_seed), *shifted_multiples(sample, SPACE, key, opaque_seed)]
     part, channels = lobe_samples(device, surface, numbers, index, Shells((0.0, 0.0, 0.0)))
     sums, counts = sum_lobes(part, np.zeros(len(device.scene.parts), np.int32), channels, spp, len(site), 1)

@@ -6,6 +6,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from reflet.trace.coat import Coat
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.emitters import emitters_of
 from reflet.trace.surface import OFFSET, Surface
@@ -28,12 +29,16 @@ class FoundLight:
     on_triangle: Any
 
 
-def found_light(device: DeviceScene, surface: Surface, numbers, active) -> FoundLight:  # type: ignore[no-untyped-def]
-    """One emitter for each rough hit, by three uniform ``numbers`` in [0, 1); the scene must have rough parts."""
-    active = active & surface.rough
+def found_light(  # type: ignore[no-untyped-def]
+    device: DeviceScene, surface: Surface, numbers, active, coat: Coat | None = None
+) -> FoundLight:
+    """One emitter for each rough hit, or for each rough ``coat``, by three uniform ``numbers`` in [0, 1); the scene
+    must have rough parts."""
+    lobe = surface.lobe if coat is None else coat.lobe
+    active = active & (surface.rough if coat is None else coat.rough)
     origin = mi.Point3f(surface.position + surface.geometric_normal * surface.offset)
     emitter = emitters_of(device).sample(origin, numbers, active)
-    shape, density, v_dot_h = surface.lobe.evaluate(emitter.direction)  # type: ignore[union-attr]
+    shape, density, v_dot_h = lobe.evaluate(emitter.direction)  # type: ignore[union-attr]
     lit = active & (emitter.density > 0.0) & (shape > 0.0)
     light = emitter.radiance * (shape / dr.maximum(emitter.density + density, 1e-20))
     lit &= dr.max(light) > 0.0

@@ -21,6 +21,7 @@ from reflet.trace.surface import Surface, environment_radiance, surface_at
 
 MAX_BOUNCES = 8  # mirrored rays followed after the first; what is left of 0.65 is 2 %
 MAX_GLASS_BOUNCES = 64  # where there is glass: little is lost from bounce to bounce
+LEAST_PICKED = 0.1  # of the rays that meet a coat, for it and for what is below
 
 
 def radiance(device: DeviceScene, ray, active, medium=0.0, density=dr.inf):  # type: ignore[no-untyped-def]
@@ -84,12 +85,45 @@ def goes_on(device: DeviceScene, surface: Surface, direction, medium):  # type: 
         share = dr.select(surface.rough, glossy, share)
         density = dr.select(surface.rough, own, density)
         ray = mi.Ray3f(ray.o, dr.select(surface.rough, drawn, ray.d))
+    if surface.coat is not None:
+        coat = surface.coat
+        picked = coat.fresnel / dr.maximum(coat.fresnel + dr.max(share), 1e-6)
+        picked = dr.select(coat.fresnel > 0.0, dr.clip(picked, LEAST_PICKED, 1.0 - LEAST_PICKED), 0.0)
+        by_coat = chances(direction, surface.position, 4)[0] < picked
+        drawn, own, weight = coat.draw(mi.Point2f(*chances(direction, surface.position, 5)))
+        above = dr.dot(drawn, surface.geometric_normal) > 0.0
+        whole = dr.select(above, coat.fresnel * weight, 0.0) / dr.maximum(picked, LEAST_PICKED)
+        share = dr.select(by_coat, mi.Color3f(whole), share / (1.0 - picked))
+        density = dr.select(by_coat, own, density)
+        ray = mi.Ray3f(ray.o, dr.select(by_coat, drawn, ray.d))
     return ray, share, medium, density
 
 
 def _looks(device: DeviceScene) -> bool:
     """Whether rough surfaces look for light."""
     return device.has_rough and (emitters_of(device).any or bool(device.scene.lights))
+
+
+def coat_light(device: DeviceScene, surface: Surface, numbers, active):  # type: ignore[no-untyped-def]
+    """Radiance that coats send back along rays that met them, by five uniform ``numbers``; black without any."""
+    coat = surface.coat
+    if coat is None:
+        return mi.Color3f(0.0)
+    drawn, density, weight = coat.draw(mi.Point2f(*numbers[:2]))
+    coated = active & (coat.fresnel > 0.0)
+    above = coated & (dr.dot(drawn, surface.geometric_normal) > 0.0)
+    seen = radiance(device, mi.Ray3f(leave(surface).o, drawn), above, 0.0, density)
+    return coat.fresnel * weight * seen + _found_by_coat(device, surface, numbers[2:], coated)
+
+
+def _found_by_coat(device: DeviceScene, surface: Surface, numbers, active):  # type: ignore[no-untyped-def]
+    """Of emitters that are looked for."""
+    if not emitters_of(device).any:
+        return mi.Color3f(0.0)
+    found = found_light(device, surface, numbers, active, surface.coat)
+    wanted = found.lit & found.above
+    hidden = blocked(device, found.ray, wanted)
+    return dr.select(wanted & ~hidden, surface.coat.fresnel * found.light, 0.0)  # type: ignore[union-attr]
 
 
 def _lit(device: DeviceScene, surface: Surface, direction, active):  # type: ignore[no-untyped-def]
@@ -101,7 +135,10 @@ def _lit(device: DeviceScene, surface: Surface, direction, active):  # type: ign
     found = found_light(device, surface, numbers[:3], active)
     hidden = blocked(device, found.ray, found.lit & found.above)
     share = schlick(surface.f0, surface.f90, found.v_dot_h)
-    return light + dr.select(found.lit & found.above & ~hidden, share * found.light, 0.0)
+    light += dr.select(found.lit & found.above & ~hidden, share * found.light, 0.0)
+    if surface.coat is not None:
+        light += _found_by_coat(device, surface, numbers[:3], active & (surface.coat.fresnel > 0.0))
+    return light
 
 
 def medium_after(surface: Surface, through, medium):  # type: ignore[no-untyped-def]

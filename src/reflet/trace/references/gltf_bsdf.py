@@ -28,11 +28,11 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.reflectance.brdfs.dfg import dfg
+from reflet.scene.material import COAT_F0
 from reflet.trace.lobe import GlossyLobe, schlick
 from reflet.trace.references.sides import sides, turned
 
 TABLE_SIZE, TABLE_SAMPLES = 48, 2048
-COAT_F0 = 0.04  # of index 1.5
 LEAST_SHARE = 0.1  # of the samples, for each lobe that there is
 
 
@@ -57,8 +57,9 @@ class _Hit:
 @cache
 def _register(variant: str) -> None:
     class Gltf(mi.BSDF):  # type: ignore[name-defined, misc]
-        """See the module. Textures are ``base_color``, ``metallic``, ``perceptual_roughness`` and, at will, ``normal``
-        (texels from 0 to 1), whose mesh has attributes ``vertex_tangent`` and ``face_handedness``."""
+        """See the module. Textures are ``base_color``, ``metallic``, ``perceptual_roughness`` and, at will,
+        ``clearcoat`` with ``clearcoat_roughness``, and ``normal`` and ``clearcoat_normal`` (texels from 0 to 1), whose
+        mesh has attributes ``vertex_tangent`` and ``face_handedness``."""
 
         def __init__(self, properties: "mi.Properties") -> None:
             super().__init__(properties)
@@ -67,15 +68,17 @@ def _register(variant: str) -> None:
             self.double_sided = properties.get("double_sided", False)
             self.normal = properties.get("normal", None)
             self.normal_scale = properties.get("normal_scale", 1.0)
-            if self.normal is not None:
-                self.tangent = mi.load_dict({"type": "mesh_attribute", "name": "vertex_tangent"})
-                self.handedness = mi.load_dict({"type": "mesh_attribute", "name": "face_handedness"})
             index = properties.get("ior", 1.5)
             self.specular = properties.get("specular", 1.0)
             tint = mi.ScalarColor3f(properties.get("specular_color", mi.ScalarColor3f(1.0)))
             self.dielectric_f0 = dr.minimum(((index - 1.0) / (index + 1.0)) ** 2 * tint, 1.0) * self.specular
-            self.clearcoat = properties.get("clearcoat", 0.0)
-            self.clearcoat_roughness = properties.get("clearcoat_roughness", 0.0)
+            self.clearcoat = properties.get("clearcoat", None)
+            self.clearcoat_roughness = properties.get("clearcoat_roughness", None)
+            self.clearcoat_normal = properties.get("clearcoat_normal", None)
+            self.clearcoat_normal_scale = properties.get("clearcoat_normal_scale", 1.0)
+            if self.normal is not None or self.clearcoat_normal is not None:
+                self.tangent = mi.load_dict({"type": "mesh_attribute", "name": "vertex_tangent"})
+                self.handedness = mi.load_dict({"type": "mesh_attribute", "name": "face_handedness"})
             self.single_scattering = properties.get("single_scattering", False)
             self.table = mi.Texture2f(mi.TensorXf(_albedos()), wrap_mode=dr.WrapMode.Clamp)
             both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -145,7 +148,7 @@ def _register(variant: str) -> None:
             towards, ng, smooth_normal, visible = sides(si, self.double_sided, active)
             n = smooth_normal
             if self.normal is not None:
-                n = turned(self._bumped(si, visible, ng), ng)
+                n = turned(self._bumped(si, visible, ng, self.normal, self.normal_scale), ng)
             color, metallic = self.base_color.eval(si, visible), self.metallic.eval_1(si, visible)
             roughness = self.perceptual_roughness.eval_1(si, visible)
             lobe = GlossyLobe(towards, n, ng, roughness)
@@ -169,21 +172,25 @@ def _register(variant: str) -> None:
                 albedo = gained[0] * a + gained[1] * b
                 diffuse *= 1.0 - (paint * a + self.specular * b) * paint_gain
             coat, fresnel = None, mi.Float(0.0)
-            if self.clearcoat > 0.0:
-                coat = GlossyLobe(towards, smooth_normal, ng, mi.Float(self.clearcoat_roughness))
-                fresnel = self.clearcoat * schlick(mi.Float(COAT_F0), 1.0, coat.n_dot_v)
+            if self.clearcoat is not None:
+                above = smooth_normal
+                if self.clearcoat_normal is not None:
+                    bumped = self._bumped(si, visible, ng, self.clearcoat_normal, self.clearcoat_normal_scale)
+                    above = turned(bumped, ng)
+                coat = GlossyLobe(towards, above, ng, self.clearcoat_roughness.eval_1(si, visible))
+                fresnel = self.clearcoat.eval_1(si, visible) * schlick(mi.Float(COAT_F0), 1.0, coat.n_dot_v)
             shares = _shares(fresnel, (1.0 - fresnel) * dr.mean(albedo), (1.0 - fresnel) * dr.mean(diffuse))
             return _Hit(
                 ng, n, visible, lobe, coat, f0, f90, gained, diffuse, 1.0 - fresnel, fresnel, shares
             )  # fmt: skip
 
-        def _bumped(self, si, active, ng):  # type: ignore[no-untyped-def]
-            """The shading normal of the normal map; of the mesh's own side."""
+        def _bumped(self, si, active, ng, normal, scale):  # type: ignore[no-untyped-def]
+            """The shading normal of a normal map; of the mesh's own side."""
             n, tangent = si.sh_frame.n, self.tangent.eval_3(si, active)
             along = _unit(mi.Vector3f(tangent), mi.Vector3f(0.0))
             across = dr.cross(n, along) * self.handedness.eval_1(si, active)
-            local = 2.0 * mi.Vector3f(self.normal.eval_3(si, active)) - 1.0
-            return _unit(self.normal_scale * (local.x * along + local.y * across) + local.z * n, ng)
+            local = 2.0 * mi.Vector3f(normal.eval_3(si, active)) - 1.0
+            return _unit(scale * (local.x * along + local.y * across) + local.z * n, ng)
 
     mi.register_bsdf("reflet_gltf", Gltf)
 

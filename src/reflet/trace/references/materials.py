@@ -48,7 +48,8 @@ class MaterialPlugins:
 
     def bumpy(self, part: Part) -> bool:
         """Whether the part's BSDF reads tangents."""
-        return self._whole and part.has_normal_map
+        placed = part.mesh.uv is not None and part.mesh.tangents is not None
+        return self._whole and placed and part.material.bends_normals
 
     def absorbs(self, part: Part) -> bool:
         """Whether light is lost within the part."""
@@ -60,17 +61,19 @@ class MaterialPlugins:
         described = {
             "type": "reflet_gltf",
             "base_color": part_color(part, material.base_color),
-            "metallic": _channel(material.metallic, material, 2, part.mesh),
-            "perceptual_roughness": _channel(material.perceptual_roughness, material, 1, part.mesh),
+            "metallic": _channel(material.metallic, material.metallic_roughness_texture, 2, part.mesh),
+            "perceptual_roughness": _channel(
+                material.perceptual_roughness, material.metallic_roughness_texture, 1, part.mesh
+            ),
             "double_sided": material.double_sided,
             "single_scattering": self._single_scattering,
             "ior": material.ior or INFINITE_INDEX,
             "specular": material.specular,
             "specular_color": mi.ScalarColor3f(material.specular_color),
-            "clearcoat": material.clearcoat,
-            "clearcoat_roughness": material.clearcoat_roughness,
         }
-        if self.bumpy(part) and material.normal_texture is not None:
+        if material.clearcoat > 0.0:
+            described |= _coat(material, part.mesh)
+        if part.has_normal_map and material.normal_texture is not None:
             bumps = material.normal_texture
             described["normal"] = placed_texture(bumps, bumps.pixels[..., :3] / 255.0, part.mesh)
             described["normal_scale"] = float(material.normal_scale)
@@ -86,7 +89,7 @@ def _mirror_or_diffuse(part: Part) -> dict[str, Any]:
         return {
             "type": "reflet_mirror",
             "base_color": color,
-            "metallic": _channel(material.metallic, material, 2, part.mesh),
+            "metallic": _channel(material.metallic, material.metallic_roughness_texture, 2, part.mesh),
             "double_sided": material.double_sided,
             "f0": mi.ScalarColor3f(material.dielectric_f0),
             "f90": material.dielectric_f90,
@@ -142,8 +145,19 @@ def color_texture(factor: Vec3, texture: Texture | None, mesh: Mesh, *, tinted: 
     return placed_texture(texture, linear * np.asarray(factor), mesh, tinted=tinted)
 
 
-def _channel(factor: float, material: Material, channel: int, mesh: Mesh) -> dict[str, Any]:
-    texture = material.metallic_roughness_texture
+def _coat(material: Material, mesh: Mesh) -> dict[str, Any]:
+    described: dict[str, Any] = {
+        "clearcoat": _channel(material.clearcoat, material.clearcoat_texture, 0, mesh),
+        "clearcoat_roughness": _channel(material.clearcoat_roughness, material.clearcoat_roughness_texture, 1, mesh),
+    }
+    bumps = material.clearcoat_normal_texture
+    if bumps is not None and mesh.uv is not None and mesh.tangents is not None:
+        described["clearcoat_normal"] = placed_texture(bumps, bumps.pixels[..., :3] / 255.0, mesh)
+        described["clearcoat_normal_scale"] = float(material.clearcoat_normal_scale)
+    return described
+
+
+def _channel(factor: float, texture: Texture | None, channel: int, mesh: Mesh) -> dict[str, Any]:
     if texture is None or mesh.uv is None:
         return {"type": "uniform", "value": float(factor)}
     return placed_texture(texture, texture.pixels[..., channel : channel + 1] / 255.0 * factor, mesh)

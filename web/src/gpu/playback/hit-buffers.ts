@@ -2,12 +2,12 @@
 
 import type { Part } from "../../files/gltf";
 import type { Bvh, Traced } from "../../scene/pem";
-import { METAL, partBits, picturesOf, sampling } from "./layouts";
+import { coatOf, METAL, partBits, picturesOf, sampling } from "./layouts";
+import { type PicturePlace, pictureAtlas } from "./picture-atlas";
 
 const MATERIAL_WORDS = 40;
 const MOST_DEPTH = 32; // inner nodes above a leaf, as bvh.wgsl has room for
 const LARGEST_LEAF = 4;
-const MOST_LAYERS = 256; // of an array texture, WebGPU's default
 
 const DAMAGED = "bvh.bin is damaged: its tree is none over this scene's mirrors; copy it again, or bake again.";
 
@@ -131,23 +131,7 @@ function createMaterials(
   parts: readonly Part[],
   extras: readonly number[],
 ): { materials: Uint32Array; pictures: GPUTexture; bits: number } {
-  const images = [...new Set(parts.flatMap(picturesOf).flatMap((picture) => picture?.image ?? []))];
-  const { places, size } = atlasOf(images);
-  const largest = device.limits.maxTextureDimension2D;
-  if (Math.max(size[0], size[1]) > largest) {
-    throw new Error(
-      `A texture of ${size[0]}×${size[1]} is larger than this device takes: at most ${largest}×${largest}.`,
-    );
-  }
-  const pictures = device.createTexture({
-    size,
-    format: "rgba8unorm",
-    usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST | GPUTextureUsage.RENDER_ATTACHMENT,
-  });
-  images.forEach((source, k) => {
-    const destination = { texture: pictures, origin: places[k] as Place };
-    device.queue.copyExternalImageToTexture({ source }, destination, [source.width, source.height]);
-  });
+  const { texture: pictures, places } = pictureAtlas(device, parts.flatMap(picturesOf));
   const materials = new Uint32Array(MATERIAL_WORDS * Math.max(parts.length, 1)); // a binding may not be empty
   const floats = new Float32Array(materials.buffer);
   let bits = METAL;
@@ -163,49 +147,14 @@ function createMaterials(
       floats.set([...refraction.absorption, refraction.index], at + 12);
     }
     floats.set([alpha, cutoff ?? 0, roughness], at + 16);
+    const [share, coatRoughness] = (coatOf(part) && part.coatMean) ?? [0, 0];
+    materials[at + 19] = Math.round(65535 * share) + 65536 * Math.round(65535 * coatRoughness);
     floats.set([...dielectric.f0, dielectric.f90], at + 20);
     bits |= partBits(part);
     picturesOf(part).forEach((picture, which) => {
       if (!picture) return;
-      const { image } = picture;
-      const place = places[images.indexOf(image)] as Place;
-      materials.set([...place, image.width + 65536 * image.height], at + 24 + 4 * which);
+      materials.set(places.get(picture.image) as PicturePlace, at + 24 + 4 * which);
     });
   });
   return { materials, pictures, bits };
-}
-
-/** Column, row and layer. */
-type Place = readonly [number, number, number];
-
-interface Atlas {
-  readonly places: readonly Place[];
-  readonly size: Place;
-}
-
-/** Where pictures lie in the layers of an array texture: twin of reflet.render.playback.atlas. */
-function atlasOf(images: readonly ImageBitmap[]): Atlas {
-  const most = (side: "width" | "height") => Math.max(1, ...images.map((image) => image[side]));
-  let [width, height] = [most("width"), most("height")];
-  for (;;) {
-    const atlas = onShelves(images, width, height);
-    if (atlas.size[2] <= MOST_LAYERS) return atlas;
-    if (width <= height) width *= 2;
-    else height *= 2;
-  }
-}
-
-/** The highest pictures first. */
-function onShelves(images: readonly ImageBitmap[], width: number, height: number): Atlas {
-  const places: Place[] = images.map(() => [0, 0, 0]);
-  let [x, y, layer, shelf] = [0, 0, 0, 0];
-  const numbered = [...images.entries()].sort(([, a], [, b]) => b.height - a.height || b.width - a.width);
-  for (const [k, image] of numbered) {
-    if (x + image.width > width) [x, y, shelf] = [0, y + shelf, 0];
-    if (y + image.height > height) [x, y, layer, shelf] = [0, 0, layer + 1, 0];
-    places[k] = [x, y, layer];
-    x += image.width;
-    shelf = Math.max(shelf, image.height);
-  }
-  return { places, size: [width, height, layer + 1] };
 }

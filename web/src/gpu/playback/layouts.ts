@@ -1,11 +1,12 @@
 // The host's side of the shaders' bind groups, described in frame.wgsl and part.wgsl: twin of reflet.render.playback.layouts.
 
-import { type Part, type PictureTexture, WRAPS } from "../../files/gltf";
+import { type Coat, type Part, type PictureTexture, WRAPS } from "../../files/gltf";
 import { clipFromWorld, pixelFromView, rayBasis } from "../../maths/camera";
 import { type Geometry, pack } from "../../maths/geometry";
 import { PARAMETERIZATIONS } from "../../maths/parameterization";
 import { samplePositions } from "../../maths/sample-pattern";
 import type { Layer, Shown } from "../../scene/pem";
+import type { PicturePlace } from "./picture-atlas";
 import type { View } from "./view";
 
 const SWITCHES: Record<keyof Shown, number> = { diffuse: 1, fresnel: 2, distant: 4, local: 8 };
@@ -16,7 +17,7 @@ const BY_ORIGIN = 256;
 export const TRIANGLE_ON_HULL = 1;
 const LARGEST_BLEND = 8; // behind them in the frame's arrays stands the base
 export const FRAME_BYTES = 1856;
-export const PART_BYTES = 352;
+export const PART_BYTES = 416;
 
 const [REFLECTIVE, DOUBLE_SIDED] = [1, 2];
 export const HAS_LOCAL = 4;
@@ -26,6 +27,7 @@ export const NORMALS = 2; // their place among these
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
 const [REFRACTIVE, THIN, ROUGH, SURFACE] = [8192, 16384, 32768, 65536];
+const [COAT, COAT_TEXTURES] = [131072, 262144];
 const LEAST_ROUGHNESS = 0.03; // smoother parts are mirrors
 
 export function frameUniform(view: View, sampleCount: number, lodBias: number): ArrayBuffer {
@@ -71,12 +73,13 @@ export interface BoundLayer {
   readonly geometry: Geometry;
 }
 
-/** The nearest shell first; `extras` is where the extras of the part's vertices lie. */
+/** The nearest shell first; `extras` is where the extras of the part's vertices lie, `coatPlaces` the pictures of its coat. */
 export function partUniform(
   part: Part,
   shells: readonly BoundLayer[],
   local: BoundLayer | undefined,
   extras: number,
+  coatPlaces: readonly PicturePlace[],
 ): ArrayBuffer {
   const data = new ArrayBuffer(PART_BYTES);
   const floats = new Float32Array(data);
@@ -97,7 +100,26 @@ export function partUniform(
   }
   new Uint32Array(data).set([sampling(part), extras], 80);
   floats.set([material.alpha, material.cutoff ?? 0, ...material.dielectric.f0, material.dielectric.f90], 82);
+  const coat = coatOf(part);
+  if (coat) {
+    floats.set([coat.share, coat.roughness, coat.normalScale], 88);
+    new Uint32Array(data)[91] = samplingOf(coatPicturesOf(part));
+    coatPlaces.forEach((place, k) => {
+      new Uint32Array(data).set(place, 92 + 4 * k);
+    });
+  }
   return data;
+}
+
+/** The coat of a part that reflects and is no glass, if it has one. */
+export function coatOf({ reflective, material }: Part): Coat | undefined {
+  return reflective && !material.refraction ? material.coat : undefined;
+}
+
+/** Of its coat: its share, its roughness, its normals. */
+export function coatPicturesOf(part: Part): readonly (PictureTexture | undefined)[] {
+  const coat = part.uv && coatOf(part);
+  return [coat?.shareTexture, coat?.roughnessTexture, part.tangents && coat?.normalTexture];
 }
 
 /** Base colour, metallic-roughness, normals and emission, as far as the part's mesh can be textured by them. */
@@ -108,8 +130,10 @@ export function picturesOf({ material, uv, tangents }: Part): readonly (PictureT
 }
 
 /** A byte for each texture: how it wraps, and its set of texture coordinates. */
-export function sampling(part: Part): number {
-  const bytes = picturesOf(part).map((texture, k) => {
+export const sampling = (part: Part): number => samplingOf(picturesOf(part));
+
+function samplingOf(textures: readonly (PictureTexture | undefined)[]): number {
+  const bytes = textures.map((texture, k) => {
     if (!texture) return 0;
     const [along, across] = texture.wraps.map((wrap) => WRAPS.indexOf(wrap)) as [number, number];
     return (along | (across << 2) | (texture.coordinates << 4)) << (8 * k);
@@ -127,7 +151,9 @@ export function partBits(part: Part): number {
   bits |= (part.colors ? COLORS : 0) | (part.moreUv.length > 0 ? MORE_UV : 0);
   const refraction = part.reflective ? part.material.refraction : undefined;
   if (refraction) return bits | REFRACTIVE | (refraction.thin ? THIN : 0) | (refraction.transmission >= 1 ? METAL : 0);
-  if (part.reflective && part.material.roughness >= LEAST_ROUGHNESS) bits |= ROUGH;
+  const coat = coatOf(part);
+  if (part.reflective && (part.material.roughness >= LEAST_ROUGHNESS || coat)) bits |= ROUGH;
+  bits |= (coat ? COAT : 0) | (coatPicturesOf(part).some(Boolean) ? COAT_TEXTURES : 0);
   if (part.surfaceLight) bits |= SURFACE;
   if (part.material.metallic === 1 && !(bits & METALLIC_ROUGHNESS_TEXTURE)) bits |= METAL;
   return bits;
@@ -167,6 +193,7 @@ export function partLayout(device: GPUDevice): GPUBindGroupLayout {
       ...[7, 8].map((binding) => ({ binding, visibility, texture: cubes })),
       ...[10, 11].map((binding) => ({ binding, visibility, texture: maps })),
       { binding: 12, visibility, texture: { viewDimension: "cube-array" as const } },
+      { binding: 13, visibility, texture: maps },
     ],
   });
 }

@@ -8,6 +8,8 @@ import { createMapArray, createPicture, createReliefs, fillMipLevels, mapArrayVi
 import { createHitBuffers, type HitBuffers } from "./hit-buffers";
 import {
   type BoundLayer,
+  coatOf,
+  coatPicturesOf,
   FRAME_BYTES,
   frameLayout,
   NORMALS,
@@ -17,8 +19,11 @@ import {
   picturesOf,
   TRIANGLE_ON_HULL,
 } from "./layouts";
+import { type PicturePlace, pictureAtlas } from "./picture-atlas";
 import { lightWords } from "./punctual-lights";
 import { createSurfaceMaps, sitesOf } from "./surface-maps";
+
+const NOWHERE: PicturePlace = [0, 0, 0, 0];
 
 export class SceneBuffers {
   readonly frameUniform: GPUBuffer;
@@ -32,6 +37,8 @@ export class SceneBuffers {
   /** All bits that materials of mirrors have, where rays are traced. */
   readonly hitBits: number;
   private readonly extras: readonly number[];
+  private readonly coats: readonly (ReturnType<typeof pictureAtlas> | undefined)[];
+  private readonly noCoat: GPUTexture;
   private readonly partUniforms: readonly GPUBuffer[];
   private readonly pictures = new Map<ImageBitmap | undefined, GPUTexture>();
   private readonly srgbPictures = new Map<ImageBitmap | undefined, GPUTexture>();
@@ -59,6 +66,8 @@ export class SceneBuffers {
         layers.flatMap((layer) => pem.layers[layer]?.geometry ?? []),
       ),
     );
+    this.noCoat = pictureAtlas(device, []).texture;
+    this.coats = pem.parts.map((part) => (coatOf(part) ? pictureAtlas(device, coatPicturesOf(part)) : undefined));
     this.partGroups = this.createPartGroups(arrays);
     this.setDistantGeometries(pem.layers.map((layer) => layer.geometry));
   }
@@ -71,7 +80,11 @@ export class SceneBuffers {
           const layer = this.pem.layers[index] as Layer;
           return { layer, geometry: kind === "distant" ? (geometries[index] as Geometry) : layer.geometry };
         });
-      const data = partUniform(part, bound("distant"), bound("local")[0], this.extras[number] as number);
+      const coatPlaces = coatPicturesOf(part).map(
+        (picture) => (picture && this.coats[number]?.places.get(picture.image)) ?? NOWHERE,
+      );
+      const extras = this.extras[number] as number;
+      const data = partUniform(part, bound("distant"), bound("local")[0], extras, coatPlaces);
       this.device.queue.writeBuffer(this.partUniforms[number] as GPUBuffer, 0, data);
     });
   }
@@ -186,6 +199,7 @@ export class SceneBuffers {
         maps(distant, false),
         maps(local, false),
         (this.reliefs[distant] ?? noRelief).createView({ dimension: "cube-array" }),
+        (this.coats[number]?.texture ?? this.noCoat).createView({ dimension: "2d-array" }),
       ];
       const entries = resources.map((resource, binding) => ({ binding, resource }));
       return this.device.createBindGroup({ layout: this.layouts.part, entries });

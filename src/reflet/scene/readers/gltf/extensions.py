@@ -15,6 +15,7 @@ _HONOURED = {
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
@@ -46,7 +47,6 @@ _LEFT_OUT = "what it adds is left out"
 _CONSEQUENCES = {
     "EXT_lights_image_based": "its environment is left out",
     "KHR_materials_anisotropy": "reflections are the same in all directions",
-    "KHR_materials_clearcoat": "coats are left out",
     "KHR_materials_diffuse_transmission": "transparent surfaces are shown opaque",
     "KHR_materials_dispersion": "glass bends all colours alike",
     "KHR_materials_iridescence": "iridescent surfaces keep their base colour",
@@ -55,7 +55,6 @@ _CONSEQUENCES = {
 }
 _WITHOUT_EFFECT: dict[str, dict[str, object]] = {  # of a material's extension; whatever differs from this is lost
     "KHR_materials_anisotropy": {"anisotropyStrength": 0},
-    "KHR_materials_clearcoat": {"clearcoatFactor": 0},
     "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0},
     "KHR_materials_dispersion": {"dispersion": 0},
     "KHR_materials_iridescence": {"iridescenceFactor": 0},

@@ -64,18 +64,17 @@ class Primitives:
         positions, triangles = self._numbered(positions, triangles, key, name)
         material, looks = self._looks(attributes, read, len(positions), key, name)
         material = _opaque_if_solid(material, looks)
-        bumpy = material.normal_texture is not None and looks.uv is not None
+        bumps = material.normal_texture or material.clearcoat_normal_texture if looks.uv is not None else None
         # [glTF 2.0, 3.7.2.1]: without normals they are flat, and given tangents are ignored
         normals = attributes.floats("NORMAL", (3,), len(positions))
-        tangents = attributes.floats("TANGENT", (4,), len(positions)) if bumpy and normals is not None else None
+        tangents = attributes.floats("TANGENT", (4,), len(positions)) if bumps and normals is not None else None
         if normals is not None and not np.isfinite(normals).all():
             notes.add("normals that are no numbers give way to those of the faces", "primitives", key, name)
             normals = np.where(np.isfinite(normals).all(axis=1, keepdims=True), normals, np.float32(0.0))
         if tangents is not None and not np.isfinite(tangents).all():
             tangents = None  # and are computed
         for vertices in self._rig.posed(Vertices(positions, normals, tangents), node, primitive, attributes):
-            bumps = material.normal_texture.coordinates if bumpy and material.normal_texture is not None else None
-            yield surface(vertices, triangles, looks, bumps), material
+            yield surface(vertices, triangles, looks, bumps.coordinates if bumps else None), material
 
     def _numbered(
         self,

@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.scene.material import MIRROR, AlphaMode, Material, Texture, Vec3
+from reflet.scene.meshes.mesh import MOST_UV
 from reflet.scene.readers.gltf.document import Document
 from reflet.scene.readers.gltf.images import Textures
+from reflet.scene.readers.gltf.materials.coat import with_coat
 from reflet.scene.readers.gltf.materials.factors import Factors
 from reflet.scene.readers.gltf.materials.glass import with_glass
 from reflet.scene.readers.gltf.materials.reflecting import with_reflection
@@ -62,8 +64,8 @@ class Materials:
         name = text(source, "name") or f"material_{index}"
         older = extension(source, _SPECULAR_GLOSSINESS)
         pbr = child(source, "pbrMetallicRoughness")
-        bumps, placed = _info(source, "normalTexture"), _Placed(self._textures)
         factors = Factors(self._document.notes, index, name)
+        bumps, placed = _info(source, "normalTexture"), _Placed(self._textures, factors)
         material = self._newer(pbr, placed, factors) if older is None else self._older(older, placed, factors)
         strength = number(extension(source, "KHR_materials_emissive_strength") or {}, "emissiveStrength", 1.0)
         emission = np.maximum(np.array(factors.amounts(source, "emissiveFactor", (0.0, 0.0, 0.0))) * strength, 0.0)
@@ -78,6 +80,7 @@ class Materials:
         )
         material = with_glass(material, source, self._document.notes, index)
         material = with_reflection(_with_alpha_mode(material, source, factors), source, self._textures, factors)
+        material = with_coat(material, source, placed.texture, factors)
         return ReadMaterial(material, tuple(placed.placements))
 
     def _newer(self, pbr: JsonObject, placed: "_Placed", factors: Factors) -> Material:
@@ -120,8 +123,8 @@ class Materials:
 class _Placed:
     """The textures of one material, and how they lie."""
 
-    def __init__(self, textures: Textures) -> None:
-        self._textures = textures
+    def __init__(self, textures: Textures, factors: Factors) -> None:
+        self._textures, self._factors = textures, factors
         self.placements: list[Placement] = []
 
     def texture(self, info: JsonObject | None) -> Texture | None:
@@ -130,6 +133,9 @@ class _Placed:
         if info is None or texture is None:
             return None
         placement = _placement(info)
+        if placement not in self.placements and len(self.placements) == MOST_UV:
+            self._factors.note(f"textures that lie otherwise than {MOST_UV} others are left out")
+            return None
         if placement not in self.placements:
             self.placements.append(placement)
         number = self.placements.index(placement)

@@ -1,5 +1,5 @@
-"""What glTF says of how a material reflects beside colour, metal and roughness: KHR_materials_ior, _specular,
-_clearcoat and _unlit."""
+"""What glTF says of how a material reflects beside colour, metal and roughness: KHR_materials_ior, _specular and
+_unlit."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from reflet.scene.readers.gltf.images import Textures
 from reflet.scene.readers.gltf.materials.factors import Factors
 from reflet.scene.readers.gltf.values import JsonObject, extension, json_object, number
 
-_SPECULAR, _COAT = "KHR_materials_specular", "KHR_materials_clearcoat"
+_SPECULAR = "KHR_materials_specular"
 
 
 def with_reflection(material: Material, source: JsonObject, textures: Textures, factors: Factors) -> Material:
@@ -23,7 +23,7 @@ def with_reflection(material: Material, source: JsonObject, textures: Textures, 
     if index != 0.0 and index < 1.0:
         factors.note("an index of refraction below 1 is taken as 1")
         index = 1.0
-    specular, coat = extension(source, _SPECULAR) or {}, extension(source, _COAT) or {}
+    specular = extension(source, _SPECULAR) or {}
     tint = _vec3(factors.amounts(specular, "specularColorFactor", (1.0, 1.0, 1.0)))
     r, g, b = (a * b for a, b in zip(tint, _mean(specular, "specularColorTexture", textures, factors), strict=True))
     out = replace(
@@ -32,10 +32,6 @@ def with_reflection(material: Material, source: JsonObject, textures: Textures, 
         specular=factors.share(specular, "specularFactor", 1.0)
         * _mean(specular, "specularTexture", textures, factors, channel=3),
         specular_color=(r, g, b),
-        clearcoat=factors.share(coat, "clearcoatFactor", 0.0)
-        * _mean(coat, "clearcoatTexture", textures, factors, channel=0),
-        clearcoat_roughness=factors.share(coat, "clearcoatRoughnessFactor", 0.0)
-        * _mean(coat, "clearcoatRoughnessTexture", textures, factors, channel=1),
         unlit=extension(source, "KHR_materials_unlit") is not None,
     )
     if material.refraction is None:
