@@ -102,7 +102,7 @@ def lobe_samples(device: DeviceScene, surface: Surface, numbers, index: int, she
     flags |= flags_found
     part = dr.select(active, surface.part, NOTHING)
     albedo = dr.select(rough, surface.albedo, 1.0)
-    glow = surface.glow + highlights(device, surface, rough)  # playback reckons these: no map can hold them
+    glow = surface.glow + highlights(device, surface, active)  # playback reckons these: no map can hold them
     glow += coat_light(device, surface, numbers, active)  # rows are of the lobe below
     outputs = [*glow, *surface.fresnel, weight, albedo, *local, *shown, *found, *shown_found]
     for shell in beyond:

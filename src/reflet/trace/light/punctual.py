@@ -1,5 +1,6 @@
 """Light of lamps without extent: what arrives, what rough surfaces show of it, and how much of it surfaces get."""
 
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -36,9 +37,15 @@ def arriving(device: DeviceScene, light, position, active):  # type: ignore[no-u
 
 
 def highlights(device: DeviceScene, surface: Surface, active) -> Any:  # type: ignore[no-untyped-def]
-    """Radiance that rough surfaces send back along rays from lights without extent; mirrors show none."""
+    """Radiance that rough surfaces and their coats send back along rays from lights without extent; mirrors show
+    none."""
     if not (device.scene.lights and device.has_rough):
         return mi.Color3f(0.0)
+    if surface.coat is not None:
+        share = surface.coat.fresnel
+        its = {"lobe": surface.coat.lobe, "rough": surface.coat.rough & (share > 0.0), "f0": share, "f90": share}
+        above = replace(surface, coat=None, **its)
+        return highlights(device, replace(surface, coat=None), active) + highlights(device, above, active)
     active = active & surface.rough
     origin = mi.Point3f(surface.position + surface.geometric_normal * surface.offset)
     count = dr.opaque(mi.UInt32, len(device.scene.lights))
