@@ -51,7 +51,7 @@ from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION
 from reflet.shaders.link import link_text
@@ -194,7 +194,7 @@ def dark_surface(scene: Scene) -> SurfaceLayer:
         resolution=shines.astype(np.uint32),
         offset=(3 * np.arange(len(shines))).astype(np.uint32),
         site=corners.ravel().astype(np.uint32),
-        light=np.zeros((starts[-1], SIDE * SIDE, 4), np.float16),
+        light=np.zeros((starts[-1], SIDES[0] ** 2, 4), np.float16),
     )
 
 

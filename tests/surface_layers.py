@@ -4,10 +4,12 @@ import numpy as np
 
 from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.scene.scene import Scene
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
 
 
-def random_surface(scene: Scene, parts: tuple[int, ...], sites: int = 50, seed: int = 5) -> SurfaceLayer:
+def random_surface(
+    scene: Scene, parts: tuple[int, ...], sites: int = 50, seed: int = 5, side: int = SIDES[0]
+) -> SurfaceLayer:
     """Maps on all triangles of some parts, of resolutions 1 to 3, whose samples belong to any of the sites; radiance
     within ±1 and alpha in [-1, 1]."""
     rng = np.random.default_rng(seed)
@@ -19,7 +21,7 @@ def random_surface(scene: Scene, parts: tuple[int, ...], sites: int = 50, seed: 
         resolution=resolution,
         offset=(np.cumsum(counts) - counts).astype(np.uint32),
         site=rng.integers(0, sites, int(counts.sum())).astype(np.uint32),
-        light=rng.uniform(-1.0, 1.0, (sites, SIDE * SIDE, 4)).astype(np.float16),
+        light=rng.uniform(-1.0, 1.0, (sites, side**2, 4)).astype(np.float16),
     )
 
 
@@ -33,7 +35,7 @@ def looked_up(surface: SurfaceLayer, triangle: np.ndarray, b: np.ndarray, mirror
     upper = (fx + fy > 1.0) & (i + j + 1 < r)
     corners = [(i + upper, j + upper), (i + 1, j), (i, j + 1)]
     along, across = np.where(upper, 1.0 - fy, fx), np.where(upper, 1.0 - fx, fy)
-    uv = Octahedral().uv_from_direction(mirrored)[1] * SIDE - 0.5
+    uv = Octahedral().uv_from_direction(mirrored)[1] * surface.side - 0.5
     low = np.floor(uv).astype(int)
     fraction = uv - low
     out = np.zeros((len(triangle), 4))
@@ -42,14 +44,14 @@ def looked_up(surface: SurfaceLayer, triangle: np.ndarray, b: np.ndarray, mirror
         for column in (0, 1):
             for row in (0, 1):
                 share = np.prod(np.where((column, row), fraction, 1.0 - fraction), axis=-1)
-                texel = _texel(*(low + (column, row)).T)
+                texel = _texel(*(low + (column, row)).T, surface.side)
                 out += (weight * share)[:, None] * surface.light[site, texel].astype(float)
     return out
 
 
-def _texel(column: np.ndarray, row: np.ndarray) -> np.ndarray:
+def _texel(column: np.ndarray, row: np.ndarray, side: int) -> np.ndarray:
     """Over an edge the octahedron goes on mirrored at that edge's middle."""
-    inside_column, inside_row = np.clip(column, 0, SIDE - 1), np.clip(row, 0, SIDE - 1)
-    folded_column = np.where(row != inside_row, SIDE - 1 - inside_column, inside_column)
-    folded_row = np.where(column != inside_column, SIDE - 1 - inside_row, inside_row)
-    return folded_row * SIDE + folded_column
+    inside_column, inside_row = np.clip(column, 0, side - 1), np.clip(row, 0, side - 1)
+    folded_column = np.where(row != inside_row, side - 1 - inside_column, inside_column)
+    folded_row = np.where(column != inside_column, side - 1 - inside_row, inside_row)
+    return folded_row * side + folded_column

@@ -9,7 +9,7 @@ from reflet.envmap.env_map import EnvMap
 from reflet.envmap.geometry import InfiniteSphere
 from reflet.envmap.mip_chain import MipChain
 from reflet.infer.fit_surface import MOST_GAIN, fit_surface
-from reflet.scene.surfaces.surface_layer import SIDE, neighbours, texel_directions
+from reflet.scene.surfaces.surface_layer import SIDES, neighbours, texel_directions
 from reflet.trace.layers import TracedSurface
 
 COLOUR = np.float32([0.8, 0.5, 0.2])
@@ -27,11 +27,12 @@ def traced(local: np.ndarray, alpha: float, distant: np.ndarray, noise: float = 
     corners = np.concatenate(
         [np.stack([a, a + strip + 1, a + 1], -1), np.stack([a + 1, a + strip + 1, a + strip + 2], -1)]
     )
-    up = np.flatnonzero(texel_directions()[:, 1] > 0.05)
+    up = np.flatnonzero(texel_directions(SIDES[0])[:, 1] > 0.05)
     row_site, row_texel = (each.ravel() for each in np.meshgrid(np.arange(sites), up, indexing="ij"))
     rows = len(row_site)
     dither = 1.0 + noise * np.random.default_rng(1).standard_normal((rows, 1)).astype(np.float32)
     return TracedSurface(
+        side=SIDES[0],
         resolution=np.ones(len(corners), np.uint32),
         offset=3 * np.arange(len(corners), dtype=np.uint32),
         site=corners.ravel().astype(np.uint32),
@@ -41,7 +42,7 @@ def traced(local: np.ndarray, alpha: float, distant: np.ndarray, noise: float = 
         roughness=np.full(sites, 0.5, np.float32),
         row_site=row_site.astype(np.int32),
         row_texel=row_texel.astype(np.int32),
-        mirrored=texel_directions()[row_texel].astype(np.float32),
+        mirrored=texel_directions(SIDES[0])[row_texel].astype(np.float32),
         local=(local * dither).astype(np.float32),
         alpha=np.full(rows, alpha, np.float32),
         distant=(distant * dither).astype(np.float32),
@@ -72,7 +73,7 @@ def test_noise_of_sites_is_averaged_and_edges_stay() -> None:
     noisy = replace(noisy, local=noisy.local * np.where(bright, 4.0, 1.0)[noisy.row_site, None].astype(np.float32))
     found = fit_surface(noisy, [[constant_map(1.0)]], 0.0).light[..., 1].astype(float) / COLOUR[1]
     assert np.abs(found[bright].mean() - 4.0) < 0.05 and np.abs(found[~bright].mean() - 1.0) < 0.02
-    up = texel_directions()[:, 1] > 0.05
+    up = texel_directions(SIDES[0])[:, 1] > 0.05
     before = (noisy.local[:, 1] / COLOUR[1]).reshape(42, -1)
     for half, value in ((bright, 4.0), (~bright, 1.0)):
         assert found[half][:, up].std() < 0.5 * before[half].std()
@@ -81,10 +82,10 @@ def test_noise_of_sites_is_averaged_and_edges_stay() -> None:
 
 def test_texels_are_beside_those_around_them() -> None:
     """Over the fold, too: no neighbour is farther than one on the coarsest part of the map."""
-    near, direction = neighbours(), texel_directions()
-    assert near.shape == (SIDE * SIDE, 4)
+    near, direction = neighbours(SIDES[0]), texel_directions(SIDES[0])
+    assert near.shape == (SIDES[0] ** 2, 4)
     for side in range(4):
-        assert ((near[near[:, side]] == np.arange(SIDE * SIDE)[:, None]).any(1)).all(), "neighbours know each other"
+        assert ((near[near[:, side]] == np.arange(SIDES[0] ** 2)[:, None]).any(1)).all(), "neighbours know each other"
     cosine = np.einsum("tc,tkc->tk", direction, direction[near])
     assert cosine.min() > np.cos(np.radians(40.0))
     assert cosine.max() < 1.0 - 1e-6

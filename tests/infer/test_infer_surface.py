@@ -18,11 +18,11 @@ from reflet.scene.assemble import assemble
 from reflet.scene.material import EnvironmentLight, Material
 from reflet.scene.meshes.primitives import torus_mesh
 from reflet.scene.scene import Part
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
 from reflet.scene.views.parameter_space import Orbit
 from reflet.trace.tracer import Tracer
 
-TEXELS = SIDE**2
+TEXELS = SIDES[0] ** 2
 
 
 def test_it_is_the_minimizer() -> None:

@@ -19,7 +19,7 @@ from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.readers.gltf.read import read_gltf
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
 
 EXTENT = 1.26  # of the two balls together
 STEP = 2.0**-16  # of their grid: the power of two below EXTENT/2¹⁶
@@ -80,9 +80,9 @@ def lit_pem(**options):
 
 def maps(colours):
     """A site for each mesh colour, in the opposite order: radiance of either sign that tells which, and alpha."""
-    signs = np.where(np.arange(SIDE * SIDE) % 2, 1.0, -1.0)[:, None]
-    light = colours[::-1, None] * signs * np.linspace(0.5, 1.0, SIDE * SIDE)[:, None]
-    alpha = np.broadcast_to(np.linspace(-1.0, 1.0, SIDE * SIDE), light.shape[:2])[..., None]
+    signs = np.where(np.arange(SIDES[0] ** 2) % 2, 1.0, -1.0)[:, None]
+    light = colours[::-1, None] * signs * np.linspace(0.5, 1.0, SIDES[0] ** 2)[:, None]
+    alpha = np.broadcast_to(np.linspace(-1.0, 1.0, SIDES[0] ** 2), light.shape[:2])[..., None]
     return np.concatenate([light, alpha], -1).astype(np.float16)
 
 

@@ -25,7 +25,7 @@ def saved(folder: Path, codec: str = "none") -> dict:
 @pytest.mark.parametrize("codec", ["none", "av1"])
 def test_maps_on_surfaces_are_kept(tmp_path: Path, codec: str) -> None:
     pem = small_pem(views=1)
-    surface = random_surface(pem.scene, (1,))
+    surface = random_surface(pem.scene, (1,), side=16)
     save_pem(tmp_path / "pem", replace(pem, surface=surface), codec=codec)
     back = open_pem(tmp_path / "pem").surface
     assert back is not None and back.light.dtype == np.float16 and open_pem(tmp_path / "pem").scene is not None

@@ -14,7 +14,7 @@ from reflet.pipelines.bake import bake
 from reflet.pipelines.baking import held_back, rough_parts
 from reflet.scene.assemble import assemble
 from reflet.scene.scene import Part, Scene
-from reflet.scene.surfaces.surface_layer import SIDE
+from reflet.scene.surfaces.surface_layer import SIDES
 from reflet.trace.tracer import Tracer
 
 
@@ -57,7 +57,7 @@ def test_viewpoints_lie_evenly_all_around(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_bake_that_was_stopped_amid_its_pictures_goes_on_to_the_same_files(tmp_path: Path) -> None:
     whole = small_bake(tmp_path / "whole")
-    assert whole.surface is not None and whole.surface.light.shape[1:] == (SIDE**2, 4)
+    assert whole.surface is not None and whole.surface.light.shape[1:] == (SIDES[0] ** 2, 4)
 
     def stop(name: str, done: int, _: int) -> None:
         if (name, done) == ("rough surfaces", 3):

@@ -243,7 +243,7 @@ def test_light_on_surfaces_is_verified() -> None:
     ("text", "instead"),
     [
         ("let right = corner + r + 1u - i;", "let right = corner + r - i;"),
-        ("SIDE - 1 - within.x, at.y != within.y", "within.x, at.y != within.y"),
+        ("side - 1 - within.x, at.y != within.y", "within.x, at.y != within.y"),
     ],
     ids=["another site", "no fold at the map's edge"],
 )

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scenes import SKY, quad, torus, traced_pem
 from surface_layers import looked_up, random_surface
 
@@ -12,19 +13,21 @@ from reflet.render.playback.visibility import rasterized_visibility
 from reflet.scene.material import Material
 from reflet.scene.scene import Part
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
+from reflet.scene.surfaces.surface_layer import SIDES
 
 
-def rough_pem(roughness: float, **options: bool) -> ParameterizedEnvironmentMap:
+def rough_pem(roughness: float, side: int = 8, **options: bool) -> ParameterizedEnvironmentMap:
     metal = Material("metal", (0.65, 0.65, 0.65), 1.0, roughness, **options)
     pem = traced_pem(Part("torus", torus(), metal, True))
-    return replace(pem, surface=random_surface(pem.scene, (0,)))
+    return replace(pem, surface=random_surface(pem.scene, (0,), side=side))
 
 
-def test_light_is_that_of_sites_around_and_of_texels_around() -> None:
+@pytest.mark.parametrize("side", SIDES)
+def test_light_is_that_of_sites_around_and_of_texels_around(side: int) -> None:
     """Of the middle of each pixel, over the share of the distant light that arrives; the mirrored ray does not lean."""
-    pem = rough_pem(0.5)
+    pem = rough_pem(0.5, side)
     surface = pem.surface
-    assert surface is not None
+    assert surface is not None and surface.side == side
     lifted = replace(surface, light=(surface.light + np.float16([1, 1, 1, 0])).astype(np.float16))  # is not cut at 0
     view, renderer = pem.space.orbit.camera({"azimuth_deg": 60.5}), Renderer(replace(pem, surface=lifted))
     shown = renderer.frame(view, samples=1, what="object", layers=("distant", "local")).reshape(-1, 4)

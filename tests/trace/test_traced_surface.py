@@ -7,7 +7,7 @@ from trace_scenes import camera, constant_light, no_irradiance, quad, scene, sph
 from reflet.scene.material import Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
-from reflet.scene.surfaces.surface_layer import SIDE, texel_directions
+from reflet.scene.surfaces.surface_layer import SIDES, texel_directions
 from reflet.trace.gloss.surface_light import DEEPEST, LEAST_RISE
 from reflet.trace.layers import TracedSurface
 from reflet.trace.tracer import Tracer
@@ -32,7 +32,7 @@ def test_a_convex_body_sees_the_sky_alone() -> None:
     assert set(zip(found.row_site.tolist(), found.row_texel.tolist(), strict=True)) == {
         (site, texel)
         for site, normal in enumerate(found.normal)
-        for texel in np.flatnonzero(texel_directions() @ normal > -DEEPEST)
+        for texel in np.flatnonzero(texel_directions(SIDES[0]) @ normal > -DEEPEST)
     }
 
 
@@ -71,8 +71,8 @@ def test_sites_see_what_pixels_see() -> None:
     """The floor from above, looked at so that it mirrors the viewer along a texel's direction."""
     what = floor_under_glow()
     found = traced(what, spp=512)
-    texel = int(np.argmax(texel_directions() @ (0.5, 0.7, 0.3)))
-    along = texel_directions()[texel]
+    texel = int(np.argmax(texel_directions(SIDES[0]) @ (0.5, 0.7, 0.3)))
+    along = texel_directions(SIDES[0])[texel]
     eye = 0.4 * np.array([-along[0], along[1], -along[2]])
     layers = Tracer(what, irradiance=no_irradiance(what)).view(camera(tuple(eye), 16), spp=512).layers
     rows = (layers.part == 0) & (layers.coverage == 1.0)
@@ -87,7 +87,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
     one, other = traced(floor_under_glow(), spp=8), traced(floor_under_glow(), spp=8)
     for name, value in vars(one).items():
         np.testing.assert_array_equal(value, getattr(other, name))
-    assert one.row_texel.max() < SIDE * SIDE
+    assert one.row_texel.max() < one.side**2
 
 
 @pytest.mark.parametrize("double_sided", [False, True])

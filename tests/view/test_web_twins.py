@@ -307,7 +307,7 @@ def test_the_viewer_reads_the_numbers_that_python_reads(node_reads, tmp_path):
         gradient = np.random.default_rng(6).normal(size=pem.irradiance.radiosity.shape).astype(np.float32)
         seen = np.arange(2 * len(gradient), dtype=np.uint8).reshape(-1, 2)
         irradiance = replace(pem.irradiance, gradient=gradient, visibility=seen)
-        pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,)), irradiance=irradiance)
+        pem = replace(pem, most_hits=4, surface=random_surface(pem.scene, (1,), side=12), irradiance=irradiance)
         pem = replace(pem, scene=replace(pem.scene, lights=LIGHTS))
         save_pem(tmp_path / codec, pem, codec=codec)
         back, read = open_pem(tmp_path / codec), node_reads(tmp_path / codec)

@@ -23,7 +23,7 @@ from reflet.envmap.lod import lobe_spread
 from reflet.infer.shown import shown_lookups
 from reflet.reflectance.materials.material import dfg_lookup
 from reflet.scene.surfaces.gbuffer import Lookups
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer, neighbours
+from reflet.scene.surfaces.surface_layer import SurfaceLayer, neighbours
 from reflet.trace.layers import TracedSurface
 
 MOST_GAIN = 2.0  # what is brighter is added
@@ -56,27 +56,27 @@ def fit_surface(traced: TracedSurface, shells_of: Sequence[Sequence[EnvMap]], lo
     past = (1.0 - traced.alpha[:, None]) * traced.distant
     gain = np.minimum(past @ LUMINANCE / np.maximum(shown @ LUMINANCE, 1e-9), MOST_GAIN).astype(np.float32)[:, None]
     texels = np.concatenate([traced.local + past - gain * shown, 1.0 - gain], 1)
-    maps = np.zeros((len(traced.position), SIDE * SIDE, 4), np.float32)
+    maps = np.zeros((len(traced.position), traced.side**2, 4), np.float32)
     known = np.zeros(maps.shape[:2], bool)
     maps[traced.row_site, traced.row_texel] = texels
     known[traced.row_site, traced.row_texel] = True
     rows_of_site = np.maximum(np.bincount(traced.row_site, minlength=len(maps)), 1)
     brightness = np.bincount(traced.row_site, np.square(traced.local + past).sum(-1), len(maps)) / rows_of_site
-    maps = _smoothed(_filled(maps, known), brightness, edges_of(traced))
+    maps = _smoothed(_filled(maps, known, traced.side), brightness, edges_of(traced))
     return SurfaceLayer(traced.resolution, traced.offset, traced.site, maps.astype(np.float16))
 
 
 def _filled(
-    maps: Float32[np.ndarray, "sites texels 4"], known: Bool[np.ndarray, "sites texels"]
+    maps: Float32[np.ndarray, "sites texels 4"], known: Bool[np.ndarray, "sites texels"], side: int
 ) -> Float32[np.ndarray, "sites texels 4"]:
     """Maps whose unknown texels, far below the horizon, are the means of known neighbours, again and again."""
-    near, known = neighbours(), known.copy()
+    near, known = neighbours(side), known.copy()
     while not known.all():
         count = known[:, near].sum(-1)
         new = ~known & (count > 0)
         if not new.any():
             break
-        sums = sum((maps * known[..., None])[:, near[:, side]] for side in range(4))
+        sums = sum((maps * known[..., None])[:, near[:, beside]] for beside in range(4))
         maps[new] = sums[new] / count[new, None]
         known |= new
     return maps

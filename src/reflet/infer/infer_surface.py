@@ -20,7 +20,7 @@ from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.surfaces.surface_taps import TAPS, seen_from, surface_taps
 from reflet.trace.layers import TracedView
 
@@ -51,7 +51,7 @@ def surface_rows(
     passed = np.stack([np.bincount(row, passing[:, c], count) for c in range(3)], -1) / samples[:, None]
     matrix = sp.csr_matrix(
         ((weights / samples[row, None]).ravel(), (np.repeat(row, TAPS), texels.ravel())),
-        shape=(count, surface.light.shape[0] * SIDE**2),
+        shape=(count, surface.light.shape[0] * surface.light.shape[1]),
     )
     matrix.sum_duplicates()
 
@@ -77,7 +77,7 @@ def infer_surface(rows: Collection[Rows], surface: SurfaceLayer, edges: Int64[np
 
     ``edges`` are pairs of neighbouring sites, whose radiance changes by nearly the same.
     """
-    penalty = _SitePenalty.of(edges, len(surface.light))
+    penalty = _SitePenalty.of(edges, *surface.light.shape[:2])
     prior = surface.light[..., :3].reshape(-1, 3).astype(np.float32)
     solution = solve(rows, prior, np.full(3, np.inf), penalty, _SETTINGS, lower=-np.inf)
     radiance = solution.texels.reshape(*surface.light.shape[:2], 3)
@@ -89,12 +89,13 @@ class _SitePenalty:
     """Σ over edges of (d_i - d_j)², texel by texel, + `_STAYING`·Σ d² (`reflet.infer.solve.Penalty`)."""
 
     laplacian: sp.csr_matrix
+    texels: int
 
     @classmethod
-    def of(cls, edges: Int64[np.ndarray, "edges 2"], sites: int) -> "_SitePenalty":
+    def of(cls, edges: Int64[np.ndarray, "edges 2"], sites: int, texels: int) -> "_SitePenalty":
         both = np.concatenate([edges, edges[:, ::-1]]).T
         beside = sp.csr_matrix((np.ones(both.shape[1], np.float32), (both[0], both[1])), shape=(sites, sites))
-        return cls((sp.diags(beside.sum(1).A1.astype(np.float32)) - beside).tocsr())
+        return cls((sp.diags(beside.sum(1).A1.astype(np.float32)) - beside).tocsr(), texels)
 
     def gradient(self, d: Float[np.ndarray, "channels texels"]) -> Float32[np.ndarray, "channels texels"]:
         of_sites = d.reshape(len(d), self.laplacian.shape[0], -1)
@@ -102,7 +103,7 @@ class _SitePenalty:
         return (out + np.float32(_STAYING) * d).astype(np.float32)
 
     def diagonal(self) -> Float32[np.ndarray, "texels"]:
-        return np.repeat(self.laplacian.diagonal() + _STAYING, SIDE**2).astype(np.float32)
+        return np.repeat(self.laplacian.diagonal() + _STAYING, self.texels).astype(np.float32)
 
 
 def _distant(

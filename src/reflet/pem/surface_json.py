@@ -13,7 +13,7 @@ from jaxtyping import Float16, Float32, Int16
 from reflet.envmap.resampling.spread_light import HALF_MAX
 from reflet.pem.arrays import BufferWriter, read_array
 from reflet.pem.deflate import Encoding
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
 
 _STEP = 1.0 / 16.0  # of the logarithms
 _ALPHA_STEPS = 128.0
@@ -23,7 +23,7 @@ def surface_to_json(surface: SurfaceLayer, buffer: BufferWriter, *, coded: bool)
     """Resolutions, offsets, sites and their maps, described; they go into ``buffer``."""
     encoding: Encoding | None = "delta" if coded else None
     out: dict[str, Any] = {
-        "side": SIDE,
+        "side": surface.side,
         "resolution": buffer.add(surface.resolution, encoding),
         "offset": buffer.add(surface.offset, encoding),
         "site": buffer.add(surface.site, encoding),
@@ -44,8 +44,8 @@ def surface_from_json(stored: dict[str, Any], folder: Path, triangles: int) -> S
         light = _light(light, float(stored["light"]["toe"]), float(stored["light"]["step"]))
     else:
         light = light.view(np.float16)
-    if stored["side"] != SIDE or light.shape[1:] != (SIDE * SIDE, 4):
-        raise ValueError(f"maps on surfaces have {SIDE} texels a side, not those of shape {light.shape}")
+    if stored["side"] not in SIDES or light.shape[1:] != (stored["side"] ** 2, 4):
+        raise ValueError(f"maps on surfaces have {SIDES} texels a side, not {stored['side']} in {light.shape}")
     samples = resolution.astype(np.int64) + 1
     ends = offset + np.where(resolution > 0, samples * (samples + 1) // 2, 0)
     if len(resolution) != triangles or ends.max(initial=0) > len(site) or site.max(initial=0) >= max(len(light), 1):

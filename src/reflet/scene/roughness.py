@@ -60,6 +60,12 @@ def has_wide_lobes(part: Part) -> bool:
     return is_rough(part) and float(np.quantile(_on_surface(part), 1.0 - _FEW)) > TRACED_ROUGHNESS
 
 
+def narrowest_wide_lobes(part: Part) -> float:
+    """The perceptual_roughness of a part's narrowest lobes that are not traced, but for a tenth of them."""
+    roughness = _on_surface(part)
+    return float(np.quantile(roughness[roughness > TRACED_ROUGHNESS], 0.1))
+
+
 def as_mirrors(scene: Scene) -> Scene:
     """The scene with all that reflects made perfectly smooth, without coats."""
     return replace(scene, parts=tuple(_smooth(part) if is_rough(part) else part for part in scene.parts))

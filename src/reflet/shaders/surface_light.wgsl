@@ -5,7 +5,6 @@
 // What rough surfaces mirror of their own object (reflet.scene.surfaces.surface_layer): mesh colours whose samples are sites,
 // each of which has an octahedral map.
 
-const SIDE = 8;               // texels along a map
 const ROWS = 4096u;           // sites, a row of texels each, in a layer of `surface_maps`
 
 fn site_of(sample: u32) -> u32 {
@@ -14,11 +13,11 @@ fn site_of(sample: u32) -> u32 {
 }
 
 // A texel's place in a site's row; beyond the map's edge, which is folded, that of the one that lies there.
-fn map_texel(at: vec2i) -> i32 {
-  let within = clamp(at, vec2i(0), vec2i(SIDE - 1));
-  let column = select(within.x, SIDE - 1 - within.x, at.y != within.y);
-  let row = select(within.y, SIDE - 1 - within.y, at.x != within.x);
-  return row * SIDE + column;
+fn map_texel(at: vec2i, side: i32) -> i32 {
+  let within = clamp(at, vec2i(0), vec2i(side - 1));
+  let column = select(within.x, side - 1 - within.x, at.y != within.y);
+  let row = select(within.y, side - 1 - within.y, at.x != within.x);
+  return row * side + column;
 }
 
 struct Taps {
@@ -42,11 +41,12 @@ fn surface_light(triangle: u32, b: vec2f, back: bool, r: vec3f) -> vec4f {
   if (grid.x == 0u) {
     return vec4f(0.0);
   }
-  let place = map_point(OCTAHEDRAL, r).uv * f32(SIDE) - 0.5;
+  let side = i32(sqrt(f32(textureDimensions(surface_maps).x)) + 0.5);  // a row has its square
+  let place = map_point(OCTAHEDRAL, r).uv * f32(side) - 0.5;
   let low = vec2i(floor(place));
   let w = place - floor(place);
   let taps = Taps(
-    vec4i(map_texel(low), map_texel(low + vec2i(1, 0)), map_texel(low + vec2i(0, 1)), map_texel(low + 1)),
+    vec4i(map_texel(low, side), map_texel(low + vec2i(1, 0), side), map_texel(low + vec2i(0, 1), side), map_texel(low + 1, side)),
     vec4f((1.0 - w.x) * (1.0 - w.y), w.x * (1.0 - w.y), (1.0 - w.x) * w.y, w.x * w.y));
   let cell = cell_at(grid, b, back);
   return cell.weight.x * site_light(site_of(cell.sample.x), taps) + cell.weight.y * site_light(site_of(cell.sample.y), taps)

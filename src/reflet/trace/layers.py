@@ -109,11 +109,12 @@ class ShellProbe:
 class TracedSurface:
     """What the lobes of rough parts gather at sites on them, along directions of their maps.
 
-    ``resolution``, ``offset`` and ``site`` are those of a `SurfaceLayer`; sites lie at ``position`` on surfaces of
-    ``normal`` and perceptual ``roughness``, which belong to an ``object``. A row is one texel of one site's map: light
-    as in `SegmentedLayers`, where the site mirrors the viewer along ``mirrored``.
+    ``resolution``, ``offset`` and ``site`` are those of a `SurfaceLayer`, whose maps have ``side``² texels; sites lie
+    at ``position`` on surfaces of ``normal`` and perceptual ``roughness``, which belong to an ``object``. A row is one
+    texel of one site's map: light as in `SegmentedLayers`, where the site mirrors the viewer along ``mirrored``.
     """
 
+    side: int
     resolution: UInt32[np.ndarray, "triangles"]
     offset: UInt32[np.ndarray, "triangles"]
     site: UInt32[np.ndarray, "samples"]

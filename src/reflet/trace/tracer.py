@@ -8,6 +8,7 @@ from jaxtyping import Float32
 from reflet.reflectance.prefilter.split_sum_map import SplitSumMap
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.irradiance import IrradianceMap
+from reflet.scene.surfaces.surface_layer import SIDES
 from reflet.scene.views.camera import Camera
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.gloss.surface_light import BUDGET, trace_surface
@@ -80,12 +81,13 @@ class Tracer:
         parts: Collection[int],
         *,
         spp: int = 32,
+        side: int = SIDES[0],
         budget: int = BUDGET,
         progress: Callable[[int, int], None] | None = None,
     ) -> TracedSurface:
-        """What lobes gather all over the parts of some indices, ``spp`` rays for each direction of each site, about
-        ``budget`` sites in all. ``progress`` is told (done, total)."""
-        return trace_surface(self._device, parts, spp=spp, budget=budget, progress=progress)
+        """What lobes gather all over the parts of some indices, ``spp`` rays for each of ``side``² directions of each
+        site, about ``budget`` sites in all. ``progress`` is told (done, total)."""
+        return trace_surface(self._device, parts, spp=spp, side=side, budget=budget, progress=progress)
 
     def distances(
         self, object_index: int, shells: Shells, *, size: int = 256

@@ -4,13 +4,12 @@ import type { ArrayDescription } from "../files/arrays";
 import type { SceneFile } from "../files/gltf";
 import { halfFromFloat } from "../maths/half";
 
-const SIDE = 8; // texels along a site's map, as surface_light.wgsl has it
-export const SURFACE_TEXELS = SIDE * SIDE;
 const LARGEST = 65504; // that half floats hold
 const ALPHA_STEPS = 128;
 
-/** Samples of all triangles: where each begins, in what resolution, and their sites, whose maps are rows of texels. */
+/** Samples of all triangles: where each begins, in what resolution, and their sites, whose maps are rows of side² texels. */
 export interface SurfaceLayer {
+  readonly side: number;
   readonly resolution: Uint32Array;
   readonly offset: Uint32Array;
   readonly site: Uint32Array;
@@ -32,24 +31,25 @@ export interface StoredSurface {
 }
 
 export async function readSurface(stored: StoredSurface, files: SceneFile["files"]): Promise<SurfaceLayer> {
+  const { side } = stored;
   const { toe, step, uri } = stored.light;
   const [resolution, offset, site, light] = await Promise.all([
     files.array(Uint32Array, stored.resolution),
     files.array(Uint32Array, stored.offset),
     files.array(Uint32Array, stored.site),
     toe !== undefined && step !== undefined
-      ? files.array(Int16Array, stored.light).then((codes) => decodedLight(codes, { toe, step }))
+      ? files.array(Int16Array, stored.light).then((codes) => decodedLight(codes, side ** 2, { toe, step }))
       : files.array(Uint16Array, stored.light),
   ]);
-  if (stored.side !== SIDE || light.length % (4 * SURFACE_TEXELS) !== 0) {
+  if (!(side > 0) || light.length % (4 * side ** 2) !== 0) {
     throw new Error(`${uri} holds maps on surfaces of another size; bake again.`);
   }
-  return { resolution, offset, site, light };
+  return { side, resolution, offset, site, light };
 }
 
 /** RGBA of each site's texels: greens come first, then reds and blues by their codes' distance from green, and alphas; in
  * each the first texels of all sites, then the second ones. */
-export function decodedLight(codes: Int16Array, { toe, step }: Scale): Uint16Array {
+export function decodedLight(codes: Int16Array, texels: number, { toe, step }: Scale): Uint16Array {
   const count = codes.length / 4;
   const half = (code: number, magnitude: number) => halfFromFloat(magnitude) | (code < 0 ? 0x8000 : 0);
   const known = new Map<number, number>(); // codes are few
@@ -62,8 +62,8 @@ export function decodedLight(codes: Int16Array, { toe, step }: Scale): Uint16Arr
     return value;
   };
   const out = new Uint16Array(codes.length);
-  for (let texel = 0, from = 0; texel < SURFACE_TEXELS; texel++) {
-    for (let at = 4 * texel; at < out.length; at += 4 * SURFACE_TEXELS, from++) {
+  for (let texel = 0, from = 0; texel < texels; texel++) {
+    for (let at = 4 * texel; at < out.length; at += 4 * texels, from++) {
       const green = codes[from] as number;
       out[at] = radiance(green + (codes[count + from] as number));
       out[at + 1] = radiance(green);

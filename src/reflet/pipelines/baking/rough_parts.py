@@ -14,13 +14,13 @@ from reflet.pem.writer import PemWriter
 from reflet.pipelines.baking.base_maps import Base
 from reflet.pipelines.baking.stored_rows import StoredRows, row_arrays
 from reflet.progress import ProgressCallback, silent
-from reflet.scene.roughness import has_wide_lobes
-from reflet.scene.surfaces.surface_layer import SurfaceLayer
+from reflet.scene.roughness import has_wide_lobes, narrowest_wide_lobes
+from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer, side_for
 from reflet.scene.views.framing import object_around
 from reflet.scene.views.parameter_space import ParameterSpace
 from reflet.trace.tracer import Tracer
 
-_TRACED_SHARE = 2  # of a pixel's rays one in so many is traced for a direction of a site: playback averages twelve
+_TRACED_SHARE = 2  # of a pixel's rays one in so many is traced for one of the fewest directions of a site
 VIEWPOINTS = 96  # all around, 18° apart
 _LOWEST_DEG, _HIGHEST_DEG = -15.0, 80.0  # their elevations
 _IMAGE_SIZE, _SAMPLE_COUNT, _SHARE = 256, 4, 2  # of their pictures: wide lobes show little that is smaller
@@ -95,7 +95,9 @@ def _traced(
     state = writer.load_state("surface-traced")
     if state is not None:
         return SurfaceLayer(**state)
-    traced = tracer.surface(parts, spp=max(spp // _TRACED_SHARE, 1), progress=partial(progress, "light on surfaces"))
+    side = side_for(min(narrowest_wide_lobes(tracer.scene.parts[part]) for part in parts))
+    few = max(spp * SIDES[0] ** 2 // (_TRACED_SHARE * side**2), 1)  # as many in all, however many directions
+    traced = tracer.surface(parts, spp=few, side=side, progress=partial(progress, "light on surfaces"))
     surface = fit_surface(traced, shells_of, lod_bias)
     writer.save_state("surface-traced", **vars(surface))
     return surface

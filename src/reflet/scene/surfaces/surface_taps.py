@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float, Float32, Int64, UInt32
 from reflet.envmap.parameterizations.octahedral import Octahedral
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.gbuffer import GBuffer
-from reflet.scene.surfaces.surface_layer import SIDE, SurfaceLayer
+from reflet.scene.surfaces.surface_layer import SurfaceLayer
 
 TAPS = 12
 _ACROSS = ((0, 0), (1, 0), (0, 1), (1, 1))  # columns and rows of a bilinear lookup
@@ -26,12 +26,12 @@ def surface_taps(
     """
     sample, share = _cell(layer, triangle, b, back)
     site = layer.site[sample].astype(np.int64)
-    uv = Octahedral().uv_from_direction(mirrored.astype(np.float64))[1] * SIDE - 0.5
+    uv = Octahedral().uv_from_direction(mirrored.astype(np.float64))[1] * layer.side - 0.5
     low = np.floor(uv).astype(np.int64)
     along, across = (uv - low).T
-    texel = np.stack([_texel(low[:, 0] + column, low[:, 1] + row) for column, row in _ACROSS], -1)
+    texel = np.stack([_texel(low[:, 0] + column, low[:, 1] + row, layer.side) for column, row in _ACROSS], -1)
     weight = np.stack([(1 - along) * (1 - across), along * (1 - across), (1 - along) * across, along * across], -1)
-    texels = site[:, :, None] * SIDE**2 + texel[:, None]
+    texels = site[:, :, None] * layer.side**2 + texel[:, None]
     weights = share[:, :, None] * weight[:, None]
     return texels.reshape(-1, TAPS), weights.reshape(-1, TAPS).astype(np.float32)
 
@@ -79,9 +79,9 @@ def _cell(
     return samples, np.stack(shares, -1)
 
 
-def _texel(column: Int64[np.ndarray, "n"], row: Int64[np.ndarray, "n"]) -> Int64[np.ndarray, "n"]:
+def _texel(column: Int64[np.ndarray, "n"], row: Int64[np.ndarray, "n"], side: int) -> Int64[np.ndarray, "n"]:
     """A texel of a map; over an edge the octahedron goes on mirrored at that edge's middle."""
-    inside_column, inside_row = np.clip(column, 0, SIDE - 1), np.clip(row, 0, SIDE - 1)
-    folded_column = np.where(row != inside_row, SIDE - 1 - inside_column, inside_column)
-    folded_row = np.where(column != inside_column, SIDE - 1 - inside_row, inside_row)
-    return folded_row * SIDE + folded_column
+    inside_column, inside_row = np.clip(column, 0, side - 1), np.clip(row, 0, side - 1)
+    folded_column = np.where(row != inside_row, side - 1 - inside_column, inside_column)
+    folded_row = np.where(column != inside_column, side - 1 - inside_row, inside_row)
+    return folded_row * side + folded_column

@@ -13,7 +13,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Float32, Int32
 
-from reflet.scene.surfaces.surface_layer import SIDE, texel_directions
+from reflet.scene.surfaces.surface_layer import texel_directions
 from reflet.trace.camera_rays import PLANE, SPACE
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.gloss.lobe_layers import lobe_samples
@@ -37,19 +37,20 @@ def trace_surface(
     parts: Collection[int],
     *,
     spp: int,
+    side: int,
     budget: int = BUDGET,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> TracedSurface:
-    """Rows of the reflective parts of some indices, of ``spp`` samples each. The same ``seed`` gives the same bytes.
-    ``progress`` is told (done, total)."""
+    """Rows of the reflective parts of some indices, of ``spp`` samples each, for maps of ``side``² texels. The same
+    ``seed`` gives the same bytes. ``progress`` is told (done, total)."""
     sites = sites_of_parts(device.scene, parts, budget, 2 * budget, shared=True)
     owner = device.object_of_triangle[sites.triangle[sites.members[sites.starts[:-1]]]]
     points, number = SitePoints(device, sites), mi.UInt32(np.arange(len(owner), dtype=np.uint32))
     middle = points.at(number, mi.UInt32(0), mi.Float(0.5), mi.Float(0.5))
     at_middle, _ = arrive(device, middle.triangle, middle.uv, -middle.geometric, mi.Bool(True), mi.Bool(True))
     normal = np.asarray(middle.smooth).T
-    directions = texel_directions()
+    directions = texel_directions(side)
     site, texel = (each.astype(np.int32) for each in np.nonzero(normal @ directions.T > -DEEPEST))
     mirrored = _risen(directions[texel], normal[site])
     rows = np.zeros((len(site), 7), np.float32)
@@ -60,10 +61,11 @@ def trace_surface(
         own = np.flatnonzero(owner[site] == index)
         for start in range(0, len(own), step):
             some = own[start : start + step]
-            rows[some] = _traced(device, points, int(index), site[some], texel[some], mirrored[some], spp, seed)
+            rows[some] = _traced(device, points, int(index), site[some], texel[some], mirrored[some], spp, side, seed)
             done += len(some) * spp
             report(done, len(site) * spp)
     return TracedSurface(
+        side=side,
         resolution=sites.resolution,
         offset=sites.offset,
         site=sites.site.astype(np.uint32),
@@ -88,6 +90,7 @@ def _traced(
     texel: Int32[np.ndarray, "rows"],
     mirrored: np.ndarray,
     spp: int,
+    side: int,
     seed: int,
 ) -> Float32[np.ndarray, "rows 7"]:
     """Local light, alpha and distant light of rows of one object."""
@@ -96,7 +99,7 @@ def _traced(
     row = lane // count
     sample = lane - row * count
     at = dr.gather(mi.UInt32, mi.UInt32(site.astype(np.uint32)), row)
-    key = at * (SIDE * SIDE) + dr.gather(mi.UInt32, mi.UInt32(texel.astype(np.uint32)), row)
+    key = at * (side * side) + dr.gather(mi.UInt32, mi.UInt32(texel.astype(np.uint32)), row)
     place = shifted_multiples(sample, PLANE, key, ~opaque_seed)
     point = points.at(at, sample, *place)
     along = dr.gather(mi.Vector3f, mi.Float(mirrored.astype(np.float32).ravel()), row)

@@ -1,6 +1,6 @@
 // Local light of rough surfaces on the device: twin of reflet.render.playback.surface_maps, described in surface_light.wgsl.
 
-import { SURFACE_TEXELS, type SurfaceLayer } from "../../scene/surface-layer";
+import type { SurfaceLayer } from "../../scene/surface-layer";
 
 const ROWS = 4096; // sites in a layer of the texture
 
@@ -18,7 +18,7 @@ export function sitesOf({ resolution, offset, site }: SurfaceLayer): Uint32Array
 /** All maps, a row of texels each; without them one texel. */
 export function createSurfaceMaps(device: GPUDevice, surface: SurfaceLayer | undefined): GPUTexture {
   const light = surface?.light ?? new Uint16Array(4);
-  const texels = surface ? SURFACE_TEXELS : 1;
+  const texels = surface ? surface.side ** 2 : 1;
   const sites = light.length / (4 * texels);
   const texture = device.createTexture({
     size: [texels, Math.min(sites, ROWS), Math.ceil(sites / ROWS)],
