@@ -89,7 +89,7 @@ fn matte(s: Sample) -> vec3f {
 
 // What the lobe about some rays gathers, of a sub-sample as rough as that whose shading normal is n.
 fn lobe_light(s: Sample, n: vec3f, m: Mirrors, roughness: f32) -> vec3f {
-  let traced = roughness <= TRACED_ROUGHNESS * (1.0 + chances.z);  // the one and the other side by side, if there is time
+  let traced = roughness <= TRACED_ROUGHNESS * (1.0 + 0.25 * chances.z);  // no seam between the two, if there is time
   let shown = radiance_met(s, m, traced);
   if (!part_is(PART_SURFACE) || traced || !switched_on(SHOW_LOCAL)) {
     return shown;

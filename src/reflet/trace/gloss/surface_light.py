@@ -26,7 +26,8 @@ from reflet.trace.lobe import GlossyLobe
 from reflet.trace.sampling import LANES, shifted_multiples
 from reflet.trace.surface import dfg_at
 
-BUDGET = 20_000  # of sites on large triangles; small ones have up to twice as many
+BUDGET = 20_000  # of sites on large triangles; small ones have up to twice as many,
+MOST_TEXELS = BUDGET * 16**2  # as long as their maps have no more: bounds files, and inference to 1 GB of memory
 DEEPEST = 0.1  # sine of the angle below a surface's horizon to which directions have rows
 LEAST_RISE = 0.05  # cosine from the normal of mirrored rays, and of ways to the viewer
 _DISTANT, _LOCAL, _ALPHA = slice(6, 9), slice(9, 12), 15  # columns of `lobe_rows`
@@ -44,7 +45,7 @@ def trace_surface(
 ) -> TracedSurface:
     """Rows of the reflective parts of some indices, of ``spp`` samples each, for maps of ``side``² texels. The same
     ``seed`` gives the same bytes. ``progress`` is told (done, total)."""
-    sites = sites_of_parts(device.scene, parts, budget, 2 * budget, shared=True)
+    sites = sites_of_parts(device.scene, parts, budget, min(2 * budget, MOST_TEXELS // side**2), shared=True)
     owner = device.object_of_triangle[sites.triangle[sites.members[sites.starts[:-1]]]]
     points, number = SitePoints(device, sites), mi.UInt32(np.arange(len(owner), dtype=np.uint32))
     middle = points.at(number, mi.UInt32(0), mi.Float(0.5), mi.Float(0.5))
