@@ -9,6 +9,7 @@ from small_scenes import sky
 from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lod import roughness_of_level
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.mip_reduction import halved
 from reflet.pipelines.baking.probes import seen_by
 from reflet.reflectance.brdfs.ggx import GgxKernel
 from reflet.reflectance.prefilter.prefilter import Prefilter
@@ -62,3 +63,18 @@ def test_mirrors_see_the_map_as_it_is_also_beside_what_hardly_reflects(other: Ma
     scene = scene_of(MIRROR, other)
     probe = probe_of(scene, 16)
     assert seen_by(scene, (0, 1), probe, 0) is probe.shells[0].texels
+
+
+@pytest.mark.parametrize("size", [16, 32])
+def test_what_is_nearly_smooth_sees_its_lobe_too(size: int) -> None:
+    """Of roughness 0.2, which is narrower than two texels of these maps: the level that it reads is filtered; coarser
+    ones, which only pixels that see much read, are means of it."""
+    scene = scene_of(replace(MIRROR, perceptual_roughness=0.2))
+    probe = probe_of(scene, size)
+    chain, plain = probe.chain, probe.shells[0].texels
+    seen = seen_by(scene, (0,), probe, 0)
+    roughness = [roughness_of_level(level, size) for level in range(chain.level_count)]
+    assert roughness[0] > 0.2
+    wanted = Prefilter(EnvImage(CUBE, chain.level(plain, 0))).map(GgxKernel(0.2**2), CUBE, size).texels
+    np.testing.assert_array_equal(chain.level(seen, 0), wanted)
+    np.testing.assert_array_equal(chain.level(seen, 1), halved(CUBE, wanted))

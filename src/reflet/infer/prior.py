@@ -7,6 +7,7 @@ from reflet.envmap.env_image import EnvImage
 from reflet.envmap.lod import roughness_of_level
 from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.resampling.mip_reduction import halved
 from reflet.envmap.texture_filter import sample
 from reflet.reflectance.brdfs.ggx import GgxKernel
 from reflet.reflectance.prefilter.prefilter import Prefilter
@@ -17,24 +18,33 @@ _AT_ONCE = 1 << 16  # lookups: bounds the memory to some tens of MB
 
 
 def lobe_levels(
-    cube: MipChain, texels: Float32[np.ndarray, "texels channels"], least_roughness: float
+    cube: MipChain, texels: Float32[np.ndarray, "texels channels"], least_roughness: float, most_roughness: float = 1.0
 ) -> Float32[np.ndarray, "texels channels"]:
     """A static cube for rough surfaces: each mip level is what level 0 holds, filtered with GGX of the roughness whose
     lookups read it (`roughness_of_level`); premultiplied radiance and alpha alike.
 
     Levels that only narrower lobes than those of ``least_roughness`` read stay as they are, and all do where it is so
-    small that level 0 is as good as a mirror's.
+    small that level 0 is as good as a mirror's. What reads levels of wider lobes than those of ``most_roughness`` are
+    not lobes, but pixels that see much: such levels are means of the finer ones.
     """
     roughness = [roughness_of_level(level, cube.size) for level in range(cube.level_count)]
-    if least_roughness < _MIRRORING * roughness[0]:
+    if mirrors(cube, least_roughness):
         return texels
-    first = max(int(np.searchsorted(roughness, least_roughness, side="right")) - 1 - _NEARER, 0)
-    roughness[0] = min(roughness[0], least_roughness)
+    read = max(int(np.searchsorted(roughness, least_roughness, side="right")) - 1, 0)
+    first = max(read - _NEARER, min(read, 1))  # level 0 costs as much as all others, and few lookups would read it
     out, prefilter = texels.copy(), Prefilter(EnvImage(CUBE, cube.level(texels, 0)))
     for level in range(first, cube.level_count):
-        kernel = GgxKernel(roughness[level] ** 2)
+        if level > first and roughness[level - 1] >= most_roughness:
+            cube.level(out, level)[:] = halved(CUBE, cube.level(out, level - 1))
+            continue
+        kernel = GgxKernel((roughness[level] if level else min(roughness[0], least_roughness)) ** 2)
         cube.level(out, level)[:] = prefilter.map(kernel, CUBE, cube.level_sizes[level]).texels
     return out
+
+
+def mirrors(cube: MipChain, perceptual_roughness: float) -> bool:
+    """Whether lobes of a roughness see level 0 of a cube as mirrors do."""
+    return perceptual_roughness < _MIRRORING * roughness_of_level(0, cube.size)
 
 
 def prior_texels(

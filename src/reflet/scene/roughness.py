@@ -36,6 +36,11 @@ def _least(part: Part) -> float:
     return min(least, float(np.quantile(_on_coat(part), _FEW))) if part.is_coated else least
 
 
+def most_roughness(parts: Collection[Part]) -> float:
+    """The largest perceptual_roughness on the surfaces of some parts, beneath their coats."""
+    return max((float(np.quantile(_on_surface(part), 1.0 - _FEW)) for part in parts), default=0.0)
+
+
 def share_smoother(parts: Collection[Part], roughness: float) -> float:
     """Of the light that some reflective parts mirror, in the mean over their surface and seen along its normal, the
     share of what is smoother than a perceptual roughness."""

@@ -10,11 +10,11 @@ from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.cube import CUBE
 from reflet.envmap.sampling import valid_texels
 from reflet.infer.fit_geometry import em_origin
-from reflet.infer.prior import lobe_levels, prior_texels
+from reflet.infer.prior import lobe_levels, mirrors, prior_texels
 from reflet.pem.pem import Layer, shell_number
 from reflet.pem.writer import PemWriter
 from reflet.progress import ProgressCallback, silent
-from reflet.scene.roughness import is_rough, least_roughness, share_smoother
+from reflet.scene.roughness import is_rough, least_roughness, most_roughness, share_smoother
 from reflet.scene.scene import Scene
 from reflet.scene.views.camera import Camera
 from reflet.trace.layers import ShellProbe, Shells, StaticProbe
@@ -84,14 +84,17 @@ def seen_by(
     """A shell of a probe as some parts look it up: its levels filtered by their lobes, where any of them is rough.
 
     Where others mirror, or are smooth here and there, level 0 stays as it is for them, and nearly all that they read.
-    All does where most of what is mirrored is sharp: bumps that are mirrors read coarse levels, and tails of lobes
-    would veil them.
+    Where most of what is mirrored is sharp, coarse levels stay means: bumps read them, and tails of lobes would veil
+    what they show. All levels stay where that is of mirrors.
     """
     texels, looking = probe.shells[shell].texels, [scene.parts[p] for p in parts]
-    fine = roughness_of_level(_FINE, probe.chain.size)
-    if not any(map(is_rough, looking)) or share_smoother(looking, fine) > _SHARP:
+    if not any(map(is_rough, looking)):
         return texels
-    return lobe_levels(probe.chain, texels, max(least_roughness(looking), fine))
+    fine, least, most = roughness_of_level(_FINE, probe.chain.size), least_roughness(looking), most_roughness(looking)
+    is_sharp = share_smoother(looking, fine) > _SHARP
+    if mirrors(probe.chain, least):
+        return texels if is_sharp else lobe_levels(probe.chain, texels, fine, most)
+    return lobe_levels(probe.chain, texels, least, min(most, fine) if is_sharp else most)
 
 
 def shells_of(scene: Scene, layers: Sequence[Layer]) -> list[Shells]:
