@@ -248,3 +248,14 @@ def test_objects_have_shells_of_their_own(tmp_path: Path) -> None:
     for name, item in zip(names, pem.scene.objects, strict=True):
         maps = [env_map for env_map, layer in zip(pem.base, pem.layers, strict=True) if layer.parts == item.parts]
         assert view.error(item.parts, shown_rows(view.gbuffer, maps, pem.lod_bias)).psnr > 15.0, name
+
+
+def test_where_the_samples_are_most_is_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of the two samples, which come last in the joint set, count eight times."""
+    weights = []
+    kept = joint_set.row_arrays
+    monkeypatch.setattr(joint_set, "row_arrays", lambda rows: weights.append(float(rows.weights.max())) or kept(rows))
+    small_bake(beside_a_block(), tmp_path / "pem", orbit(2), distant="relief", shells=1)
+    assert len(weights) > 4
+    # At most 1 each, (1 + b)⁻² of what is darkest in the view.
+    assert min(weights[-2:]) > 3.0 and max(weights[:-2]) <= 1.03

@@ -6,6 +6,7 @@ but the rows of their matrices, on disk while the bake runs, from where the solv
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,7 @@ _BELOW_DEG, _ABOVE_DEG = -10.0, 30.0  # elevation of the dome beside the sampled
 _BESIDE_DEG = 20.0  # azimuth beyond the sampled ones that counts as beside them
 _STEEPEST_DEG = 80.0
 _MOST_SAMPLED = 3
+_SAMPLED_WEIGHT = 8.0  # of their rows: 1 dB more there, and nothing lost elsewhere
 _SETTINGS = SolverSettings(regularization=0.02)
 _SEED = 500_000
 
@@ -38,7 +40,8 @@ def joint_points(space: ParameterSpace, spacing_deg: float | None = None) -> lis
     Beside the sampled azimuths, up to 20° away, they are about `SPACING_DEG` apart, in azimuth and elevation;
     elsewhere, and everywhere where there are no samples or they go all the way round, `COARSE_SPACING_DEG`. A set of
     the one side alone would be worse on the other than the static map. ``spacing_deg`` replaces both. Last come up to
-    `_MOST_SAMPLED` of the samples, unless they go all the way round: where these are, most is looked at.
+    `_MOST_SAMPLED` of the samples, unless they go all the way round: where these are, most is looked at, and their rows
+    count `_SAMPLED_WEIGHT` times.
     """
     middle, points = space.middle_point(), space.points()
     azimuths = [point.get("azimuth_deg", middle["azimuth_deg"]) for point in points]
@@ -87,6 +90,7 @@ def infer_joint_set(
     Needs disk space of about 8 bytes a tap, and memory for one viewpoint's rows beside that of a solve.
     """
     names = [[_name(number, index) for number in range(len(points))] for index in range(len(layers))]
+    sampled = [{**space.middle_point(), **point} for point in space.points()]
     if not all(writer.has_state(_solved(index)) for index in range(len(layers))):
         for number, point in enumerate(points):
             progress("joint set", number, len(points) + 1)
@@ -94,8 +98,10 @@ def infer_joint_set(
                 continue
             camera = space.orbit.camera(point)
             view = tracer.view(camera, spp=spp, sample_count=sample_count, seed=_SEED + number, shells=shells)
+            weight = np.float32(_SAMPLED_WEIGHT if point in sampled else 1.0)
             for index, block in enumerate(_view_rows(tracer.scene, view, layers, lod_bias)):
-                writer.save_state(names[index][number], **row_arrays(block))
+                weighted = replace(block, weights=weight * block.weights)
+                writer.save_state(names[index][number], **row_arrays(weighted))
             del view
     progress("joint set", len(points), len(points) + 1)
     maps, solutions = [], []
