@@ -206,3 +206,15 @@ def test_impossible_geometry_is_refused():
         assemble([Part("a", replace(mesh, triangles=broken_triangles), MIRROR)], environment=SKY)
     with pytest.raises(RefletError, match="holds no triangles"):
         assemble([], environment=SKY)
+
+
+def test_what_is_matte_reflects_only_where_all_is_or_by_name():
+    matte = Material(name="chalk", metallic=0.0, perceptual_roughness=0.0, specular=0.0)
+    chalk, mirror = Part("chalk", cube(), matte), Part("ball", cube((3.0, 0, 0)), MIRROR)
+
+    def chosen(*parts, **options):
+        return {part.name for part in assemble(parts, environment=SKY, **options).parts if part.reflective}
+
+    assert chosen(chalk, mirror) == {"ball"}
+    assert chosen(chalk, mirror, reflect=["chalk"]) == {"chalk", "ball"}
+    assert chosen(chalk) == {"chalk"}

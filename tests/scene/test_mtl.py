@@ -172,32 +172,33 @@ def test_broken_numbers_are_refused_by_line(tmp_path, line, said):
     [
         ("Kd 255 128 0", "Kd below 0 or above 1 is taken as the nearer of them (m)."),
         ("Pr 2", "Pr beyond 0 to 1 is taken as the nearer of them (m)."),
-        ("d 0.5", "transparent surfaces are shown opaque (m)."),
-        ("Tr 0.5", "transparent surfaces are shown opaque (m)."),
-        ("d -halo 0.5", "transparent surfaces are shown opaque (m)."),
-        ("map_d a.png", "transparent texels are shown opaque (m)."),
-        ("Pc 0.5", "coats, sheen and anisotropy are left out (m)."),
+        ("d 0", "what d or Tr would hide altogether is shown (m)."),
+        ("Tr 1", "what d or Tr would hide altogether is shown (m)."),
+        ("Ps 0.5", "sheen is left out (m)."),
+        ("aniso 0.5", "anisotropy is left out: highlights are round (m)."),
+        ("map_Ns a.png", "map_Ns is left out, for tools disagree on what it holds; give the roughness by map_Pr (m)."),
+        ("Ni 0.5", "Ni below 1 is taken as 1.5 (m)."),
+        ("illum 0", "illum 0, colour without light, is taken as illum 1 (m)."),
         ("disp a.png", "displacement and decals are left out (m)."),
         ("refl -type sphere a.png", "reflection maps are left out (m)."),
         ("Kd xyz 1 1 1", "colours given as spectra or as XYZ are left out (m)."),
-        ("illum 3", "illum 3 to 9 is left out; to have mirrors, give Pm 1 and Pr 0, or choose with --reflect (m)."),
         ("glow 5\nshine 3", '2 lines of unknown kind are left out (the first is line 2, "glow 5").'),
     ],
 )
 def test_what_is_not_honoured_is_said_once(tmp_path, lines, said):
-    part, told = warned(tmp_path, f"newmtl m\n{lines}\nnewmtl unused\nd 0.1\n")
+    part, told = warned(tmp_path, f"newmtl m\n{lines}\nnewmtl unused\nPs 0.1\n")
     assert told == [f"a.mtl: {said}"]
     assert max(part.material.base_color) <= 1.0 and part.material.perceptual_roughness <= 1.0
 
 
 def test_materials_that_share_a_lack_share_a_sentence(tmp_path):
     names = [f"m{k}" for k in range(10)]
-    (tmp_path / "a.mtl").write_text("".join(f"newmtl {name}\nd .5\n" for name in names))
+    (tmp_path / "a.mtl").write_text("".join(f"newmtl {name}\nPs .5\n" for name in names))
     (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + SQUARE + "".join(f"usemtl {name}\n{FACE}" for name in names))
     with pytest.warns(RefletWarning) as caught:
         read_obj(tmp_path / "a.obj")
     listed = "m0, m1, m2, m3, m4, m5, m6, m7 and 2 more"
-    assert [str(w.message) for w in caught] == [f"a.mtl: transparent surfaces are shown opaque ({listed})."]
+    assert [str(w.message) for w in caught] == [f"a.mtl: sheen is left out ({listed})."]
 
 
 # -- textures ----------------------------------------------------------------------------------------------------------

@@ -277,17 +277,19 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
     assert sorted(said) == [
         "Both sides are shown as the front is: coin.",
         "Bump and normal maps are left out: bump.",
-        "Clear coats of principled materials are left out: coat.",
+        "Clear coats have GGX's highlights, as bright in their middle as Mitsuba's: coat.",
+        "Diffuse light of principled materials is Lambert's beneath what reflects, other than Mitsuba's at grazing "
+        "angles: coat.",
         "Glass reflects as much as its index of refraction says: vase.",
         "Lights of kinds that have no counterpart are left out: projector 4.",
         "Of two blended materials the heavier one is shown alone: mixed.",
-        "Partly transparent shapes are shown opaque: leaf.",
         "Shapes that let all light through are left out: hole, air.",
         "Spots fade towards their edges as glTF's do, not Mitsuba's: spot 3.",
         "Textures that cannot be read are replaced by the parameter's default: mesh_attribute of ink.",
     ]
     materials = {part.name: part.material for part in scene.parts}
     assert set(materials) == set(shapes) - {"hole", "air"}
+    assert (materials["leaf"].alpha, materials["leaf"].alpha_mode) == (0.5, "blend")
     assert materials["lamp"].emission == pytest.approx((3, 3, 3)) and materials["lamp"].base_color == (0, 0, 0)
     assert materials["mixed"].base_color == pytest.approx((0.9, 0.9, 0.9))
     assert materials["coin"].base_color == pytest.approx((0.9, 0.9, 0.9)) and materials["coin"].double_sided

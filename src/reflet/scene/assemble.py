@@ -53,9 +53,10 @@ def assemble(
     Parts reflect if they are metallic (mean over the surface at least 1/2), if they are smooth (mean perceptual
     roughness at most 0.2, or that of a clear coat), if they are of glass, or are named in ``reflect``: case does not
     count, ``*`` matches anything, names after `NONE_OF` are left out. Where no part reflects so all do; and where an
-    environment lights them and no names choose, all that are not their `SURROUNDINGS` and do not shine. Glass becomes
-    clear, with a RefletWarning where its roughness is not 0. Parts that touch form one object. Names are made unique by
-    _2, _3…; zero-area triangles and unused vertices are dropped, the former with a RefletWarning.
+    environment lights them and no names choose, all that are not their `SURROUNDINGS` and do not shine. What is matte
+    (`Material.reflects`) does so by name only, or where all is. Glass becomes clear, with a RefletWarning where its
+    roughness is not 0. Parts that touch form one object. Names are made unique by _2, _3…; zero-area triangles and
+    unused vertices are dropped, the former with a RefletWarning.
 
     Raises RefletError, in one sentence, for geometry that is empty or not finite, broken indices, names that match
     nothing, scenes where nothing can reflect, and scenes without any light.
@@ -183,14 +184,15 @@ def _chosen(parts: Sequence[Part], reflect: Sequence[str], alone: bool) -> set[i
         glass = part.material.refraction is not None
         coat, of_coat = coat_mean(part) if part.material.clearcoat > 0.0 else (0.0, 1.0)
         varnished = coat >= LEAST_COAT and of_coat <= SMOOTH
-        shiny = (metallic >= 0.5 or roughness <= SMOOTH or varnished) and not part.material.unlit
+        shiny = (metallic >= 0.5 or roughness <= SMOOTH or varnished) and part.material.reflects
         if (glass or shiny) and p not in left_out:
             chosen.add(p)
         if glass and roughness > 1e-3:
             frosted.append(f"{part.name} ({roughness:.2f})")
-    others = {p for p, part in enumerate(parts) if not part.material.unlit} - left_out - chosen
+    lit = {p for p, part in enumerate(parts) if not part.material.unlit} - left_out - chosen
+    others = {p for p in lit if parts[p].material.reflects}
     if not chosen:
-        chosen = others
+        chosen = others or lit
     elif alone and not forced:
         most = SURROUNDINGS * _diagonal([parts[p] for p in chosen])
         chosen |= {p for p in others if _diagonal([parts[p]]) <= most and not _emits(parts[p])}

@@ -114,6 +114,12 @@ class Material:
         return self.unlit or any(self.emission)
 
     @property
+    def reflects(self) -> bool:
+        """Whether anything of it does: not what is unlit, nor what is matte."""
+        shows = self.specular > 0.0 or self.metallic > 0.0 or self.clearcoat > 0.0 or self.refraction is not None
+        return shows and not self.unlit
+
+    @property
     def bends_normals(self) -> bool:
         """Whether it has normal maps, be it of its coat."""
         return self.normal_texture is not None or self.clearcoat_normal_texture is not None

@@ -1,5 +1,6 @@
 """Values of Mitsuba's materials and lights, constant or from textures."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.errors import RefletError
-from reflet.scene.material import Texture, Vec3, Wrap
+from reflet.scene.material import REPEATS, Texture, Vec3, Wrap
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
 
@@ -29,6 +30,21 @@ class Color:
     texture_from_mesh: Float[np.ndarray, "3 3"] | None = None
 
 
+@dataclass(frozen=True)
+class Amount:
+    """A share from 0 to 1: the mean, and the picture that it is the mean of, if there is one."""
+
+    mean: float
+    picture: Float[np.ndarray, "height width"] | None = None
+    wraps: tuple[Wrap, Wrap] = REPEATS
+    texture_from_mesh: Float[np.ndarray, "3 3"] | None = None
+
+    def turned_by(self, function: Callable[[Any], Any]) -> "Amount":
+        """``function`` of it, pixel by pixel."""
+        picture = None if self.picture is None else function(self.picture)
+        return replace(self, mean=float(function(self.mean) if picture is None else picture.mean()), picture=picture)
+
+
 class Values:
     """The parameters of one shape's plugins. What is put right goes into ``doubts`` under the shape's ``name``.
 
@@ -41,12 +57,30 @@ class Values:
         self.doubts = doubts
 
     def number(self, node: Node, key: str, default: float) -> float:
-        """A scalar parameter, or the mean of its texture."""
-        return float(np.mean(self._evaluated(node, key, default)))
+        """A scalar parameter, or the mean of its texture, which goes into the doubts."""
+        values = self._evaluated(node, key, default)
+        if values.shape[:2] != (1, 1) and self.textured:
+            self.doubts.add(f"Textures of {key} count as their mean", self.name)
+        return float(np.mean(values))
 
-    def color(self, node: Node, key: str, default: float, *, unbounded: bool = False) -> Color:
-        """A colour; brighter than 1 if ``unbounded``."""
-        linear = self._evaluated(node, key, default)
+    def amount(self, node: Node, key: str, default: float) -> Amount:
+        """A share from 0 to 1, with its texture."""
+        shares = np.clip(self._evaluated(node, key, default).mean(-1), 0.0, 1.0)
+        if shares.shape == (1, 1) or not self.textured:
+            return Amount(float(shares.mean()))
+        return Amount(float(shares.mean()), shares, *_laid(node.children[key]))
+
+    def color(
+        self,
+        node: Node,
+        key: str,
+        default: float,
+        *,
+        unbounded: bool = False,
+        function: Callable[[Any], Any] = lambda linear: linear,
+    ) -> Color:
+        """``function`` of a colour; brighter than 1 if ``unbounded``."""
+        linear = function(self._evaluated(node, key, default))
         mean = linear.reshape(-1, 3).mean(0)
         if linear.shape[:2] == (1, 1) or not self.textured:
             return Color((float(mean[0]), float(mean[1]), float(mean[2])))
@@ -55,15 +89,8 @@ class Values:
         code = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
         pixels = np.full((*linear.shape[:2], 4), 255, np.uint8)
         pixels[..., :3] = np.round(code * 255.0)
-        texture = node.children[key]
-        known: dict[str, Wrap] = {"clamp": "clamp", "mirror": "mirror"}
-        wrap = known.get(texture.values.get("wrap_mode", ""), "repeat")
-        placed = texture.values.get("to_uv")
-        return Color(
-            (brightest, brightest, brightest),
-            Texture(pixels, (wrap, wrap)),
-            None if placed is None else _on_the_plane(placed),
-        )
+        wraps, placed = _laid(node.children[key])
+        return Color((brightest, brightest, brightest), Texture(pixels, wraps), placed)
 
     def _evaluated(self, node: Node, key: str, default: float) -> Float[np.ndarray, "height width 3"]:
         """Linear values of a parameter: one pixel, or a texture's at its pixels' centres, as if nothing placed it."""
@@ -95,6 +122,14 @@ class Values:
         at.uv = mi.Point2f(np.stack([u.ravel(), v.ravel()]).astype(np.float32))
         channels = [np.broadcast_to(channel.numpy(), width * height) for channel in texture.eval(at)]
         return np.stack(channels, -1).astype(np.float64).reshape(height, width, 3)
+
+
+def _laid(texture: Node) -> tuple[tuple[Wrap, Wrap], Float[np.ndarray, "3 3"] | None]:
+    """How a texture goes on beyond its edges, and where it lies."""
+    known: dict[str, Wrap] = {"clamp": "clamp", "mirror": "mirror"}
+    wrap = known.get(texture.values.get("wrap_mode", ""), "repeat")
+    placed = texture.values.get("to_uv")
+    return (wrap, wrap), None if placed is None else _on_the_plane(placed)
 
 
 def _on_the_plane(transform: Any) -> Float[np.ndarray, "3 3"]:

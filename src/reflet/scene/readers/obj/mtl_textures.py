@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import UInt8
-from PIL import Image
 
 from reflet.files.pictures.png import read_picture, shown_alike
 from reflet.scene.material import CLAMPS, REPEATS, Texture, Wrap
@@ -120,22 +119,3 @@ def is_normal_map(pixels: UInt8[np.ndarray, "height width 4"]) -> bool:
     vectors = few / 127.5 - 1.0
     unit = (np.abs(np.linalg.norm(vectors, axis=-1) - 1.0) < 0.1) & (vectors[..., 2] > 0.0)
     return not is_grey(pixels) and bool(unit.mean() > 0.9)
-
-
-def roughness_and_metal(
-    roughness: UInt8[np.ndarray, "height width"] | None, metallic: UInt8[np.ndarray, "rows columns"] | None
-) -> UInt8[np.ndarray, "h w 4"]:
-    """glTF's metallic-roughness picture: roughness in green, metallic in blue, 255 where one is missing.
-
-    The smaller picture is enlarged to the larger one's size.
-    """
-    given = [plane for plane in (roughness, metallic) if plane is not None]
-    height, width = max(plane.shape[0] for plane in given), max(plane.shape[1] for plane in given)
-    picture = np.full((height, width, 4), 255, np.uint8)
-    for place, plane in ((1, roughness), (2, metallic)):
-        if plane is not None:
-            same = plane.shape == (height, width)
-            picture[..., place] = (
-                plane if same else np.asarray(Image.fromarray(plane).resize((width, height), Image.Resampling.BILINEAR))
-            )
-    return picture

@@ -85,10 +85,7 @@ def _triangles_of_parts(part: Int32[np.ndarray, "triangles"], count: int) -> Seq
 
 
 def _has_textures(material: Material) -> bool:
-    return any(texture is not None for texture in (
-        material.base_color_texture_srgb, material.metallic_roughness_texture, material.normal_texture,
-        material.emission_texture_srgb,
-    ))  # fmt: skip
+    return any(texture is not None for texture in material.textures.values())
 
 
 class _Surface:
