@@ -211,3 +211,28 @@ def test_textures_of_roughness_metal_and_opacity(tmp_path: Path) -> None:
         tmp_path, f'<bsdf type="blendbsdf">{bitmap("weight", "a.png")}{grey}<bsdf type="null"/></bsdf>', True
     )
     assert said == [] and part.material.base_color_texture_srgb.pixels[0, :, 3].tolist() == [204, 51]
+
+
+@pytest.mark.parametrize("mirrored_by", [1, -1])
+def test_normal_maps_bend_rays_as_in_mitsuba(tmp_path: Path, mirrored_by: int) -> None:
+    """Also in an instance that mirrors and stretches."""
+    Image.fromarray(np.full((2, 2, 3), (200, 160, 220), np.uint8)).save(tmp_path / "n.png")
+    bsdf = f'<bsdf type="normalmap">{bitmap("normalmap", "n.png")}<bsdf type="conductor"/></bsdf>'
+    text = f"""<scene version="3.0.0"><shape type="shapegroup" id="g"><shape type="rectangle" id="ball">{bsdf}</shape>
+      </shape><shape type="instance"><ref id="g"/><transform name="to_world"><scale x="{2 * mirrored_by}"/>
+      <rotate z="1" angle="40"/></transform></shape><emitter type="constant"/></scene>"""
+    (tmp_path / "scene.xml").write_text(text)
+    (part,) = read_mitsuba_xml(tmp_path / "scene.xml").parts
+    mesh, picture_of = part.mesh, part.material.normal_texture
+    assert mesh.tangents is not None and picture_of is not None
+    x, y, z = 2.0 * picture_of.pixels[0, 0, :3] / 255.0 - 1.0
+    n, t, w = mesh.normals[0].astype(float), mesh.tangents[0, :3].astype(float), mesh.tangents[0, 3]
+    bent = x * t + y * w * np.cross(n, t) + z * n
+    bent /= np.linalg.norm(bent)
+    along = np.array([0.0, 0.0, -np.sign(n[2])])
+    si = mi.load_file(str(tmp_path / "scene.xml")).ray_intersect(mi.Ray3f(mi.Point3f(-5.0 * along), mi.Vector3f(along)))
+    image = {"type": "bitmap", "raw": True, "filename": str(tmp_path / "n.png")}
+    theirs = mi.load_dict({"type": "normalmap", "normalmap": image, "bsdf": {"type": "conductor"}})
+    drawn, _ = theirs.sample(mi.BSDFContext(), si, mi.Float(0.5), mi.Point2f(0.5))
+    expected = along - 2.0 * (along @ bent) * bent
+    np.testing.assert_allclose(np.array(si.to_world(drawn.wo)).ravel(), expected, atol=1e-5)  # single precision

@@ -276,7 +276,7 @@ def test_what_looks_other_than_in_mitsuba_is_said_once_with_all_names(tmp_path: 
     scene, said = read(tmp_path, inside + lights + SKY)
     assert sorted(said) == [
         "Both sides are shown as the front is: coin.",
-        "Bump and normal maps are left out: bump.",
+        "Bump maps are left out: bump.",
         "Clear coats have GGX's highlights, as bright in their middle as Mitsuba's: coat.",
         "Diffuse light of principled materials is Lambert's beneath what reflects, other than Mitsuba's at grazing "
         "angles: coat.",

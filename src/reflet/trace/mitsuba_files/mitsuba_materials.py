@@ -12,7 +12,7 @@ from reflet.scene.readers.packed import resized, roughness_and_metal
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
 from reflet.trace.mitsuba_files.mitsuba_reflection import BLACK, Reflection, reflection_of
-from reflet.trace.mitsuba_files.mitsuba_textures import Amount, Color, Values
+from reflet.trace.mitsuba_files.mitsuba_textures import Amount, Color, NormalMap, Values
 
 _NOTHING = 1e-3  # opacity of what is not there
 
@@ -32,6 +32,7 @@ class _Inside:
     bsdf: Node | None
     double_sided: bool
     opacity: Amount
+    normals: NormalMap | None = None
 
 
 def material_of(shape: Node, name: str, textured: bool, doubts: Doubts) -> ShapeMaterial | None:
@@ -46,9 +47,12 @@ def material_of(shape: Node, name: str, textured: bool, doubts: Doubts) -> Shape
     if inside.bsdf is None and light is None:
         return None
     surface = BLACK if inside.bsdf is None else reflection_of(inside.bsdf, values)
-    laid: list[Color | Amount] = [surface.color, surface.roughness, surface.metallic, inside.opacity]
+    laid: list[Color | Amount | NormalMap] = [surface.color, surface.roughness, surface.metallic, inside.opacity]
     fields: dict[str, Any] = {"double_sided": inside.double_sided} | _mapped(surface) | surface.others
     fields |= _with_opacity(surface.color, Amount(1.0) if inside.bsdf is None else inside.opacity)
+    if inside.normals is not None and inside.bsdf is not None:
+        laid.append(inside.normals)
+        fields["normal_texture"] = inside.normals.picture
     if light is not None:
         radiance = values.color(light, "radiance", 1.0, unbounded=True)
         laid.append(radiance)
@@ -59,7 +63,7 @@ def material_of(shape: Node, name: str, textured: bool, doubts: Doubts) -> Shape
 
 
 def _inside(bsdf: Node, values: Values) -> _Inside:
-    double_sided, opacity = False, Amount(1.0)
+    double_sided, opacity, normals = False, Amount(1.0), None
     while bsdf.plugin in ("twosided", "mask", "bumpmap", "normalmap", "blendbsdf"):
         inner = bsdf.of_kind("bsdf")
         if len(inner) < (2 if bsdf.plugin == "blendbsdf" else 1):
@@ -81,11 +85,13 @@ def _inside(bsdf: Node, values: Values) -> _Inside:
                     opacity = _times(opacity, share, values)
                 elif _NOTHING < weight.mean < 1.0 - _NOTHING:
                     values.doubts.add("Of two blended materials the heavier one is shown alone", values.name)
+            case "normalmap":
+                normals = normals or values.normals(bsdf)
             case _:
-                values.doubts.add("Bump and normal maps are left out", values.name)
+                values.doubts.add("Bump maps are left out", values.name)
         bsdf = chosen
     hidden = bsdf.plugin == "null" or opacity.mean < _NOTHING
-    return _Inside(None if hidden else bsdf, double_sided, opacity)
+    return _Inside(None if hidden else bsdf, double_sided, opacity, normals)
 
 
 def _complement(share: Any) -> Any:
@@ -129,7 +135,7 @@ def _with_opacity(color: Color, opacity: Amount) -> dict[str, Any]:
     return fields | {"base_color_texture_srgb": Texture(pixels, wraps), "alpha_mode": "mask" if either else "blend"}
 
 
-def _placement(laid: list[Color | Amount], values: Values) -> Float[np.ndarray, "3 3"] | None:
+def _placement(laid: list[Color | Amount | NormalMap], values: Values) -> Float[np.ndarray, "3 3"] | None:
     """How the first texture lies; all of a mesh's lie like it."""
     if not laid:
         return None

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.errors import RefletError
-from reflet.scene.meshes.corners import face_normals
+from reflet.scene.meshes.corners import corner_tangents, face_normals, weld
 from reflet.scene.meshes.mesh import Mesh
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
 
@@ -39,7 +39,25 @@ def moved(mesh: Mesh, world_from_local: Float[np.ndarray, "4 4"]) -> Mesh:
     sign = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
     normals = sign * mesh.normals.astype(np.float64) @ cofactors.T
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-30)
-    return _facing(replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32)))
+    tangents = None
+    if mesh.tangents is not None:
+        along = mesh.tangents[:, :3].astype(np.float64) @ linear.T
+        along -= normals * np.einsum("vi,vi->v", along, normals)[:, None]
+        along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-30)
+        tangents = np.column_stack([along, mesh.tangents[:, 3]]).astype(np.float32)
+    turned = replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
+    return _facing(replace(turned, tangents=tangents))
+
+
+def with_tangents(mesh: Mesh) -> Mesh:
+    """The mesh, which has texture coordinates, with tangents along u. As in Mitsuba bitangents are normal × tangent,
+    also where a picture lies mirrored."""
+    corner = mesh.triangles.ravel()
+    assert mesh.uv is not None
+    at, normals, uv = mesh.positions[corner], mesh.normals[corner], mesh.uv[corner]
+    tangents = corner_tangents(at, normals, uv)
+    tangents[:, 3] = 1.0
+    return weld(at, normals, uv, tangents)
 
 
 def _facing(mesh: Mesh) -> Mesh:

@@ -45,6 +45,14 @@ class Amount:
         return replace(self, mean=float(function(self.mean) if picture is None else picture.mean()), picture=picture)
 
 
+@dataclass(frozen=True)
+class NormalMap:
+    """Its picture, and where that lies."""
+
+    picture: Texture
+    texture_from_mesh: Float[np.ndarray, "3 3"] | None = None
+
+
 class Values:
     """The parameters of one shape's plugins. What is put right goes into ``doubts`` under the shape's ``name``.
 
@@ -69,6 +77,18 @@ class Values:
         if shares.shape == (1, 1) or not self.textured:
             return Amount(float(shares.mean()))
         return Amount(float(shares.mean()), shares, *_laid(node.children[key]))
+
+    def normals(self, node: Node) -> NormalMap | None:
+        """The texture of a normal map; None, which goes into the doubts, where it cannot be laid on the shape."""
+        key = next((key for key, child in node.children.items() if child.kind == "texture"), "")
+        if not key or not self.textured:
+            self.doubts.add("Normal maps of shapes without texture coordinates are left out", self.name)
+            return None
+        vectors = np.clip(self._evaluated(node, key, 0.5), 0.0, 1.0)
+        pixels = np.full((*vectors.shape[:2], 4), 255, np.uint8)
+        pixels[..., :3] = np.round(vectors * 255.0)
+        wraps, placed = _laid(node.children[key])
+        return NormalMap(Texture(pixels, wraps), placed)
 
     def color(
         self,

@@ -22,7 +22,7 @@ from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_lights import environment_of, punctual_lights
 from reflet.trace.mitsuba_files.mitsuba_materials import material_of
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node, read_nodes
-from reflet.trace.mitsuba_files.mitsuba_shapes import mesh_of, moved
+from reflet.trace.mitsuba_files.mitsuba_shapes import mesh_of, moved, with_tangents
 from reflet.trace.variant import use_variant
 
 _GROUPS = ("shapegroup", "merge")
@@ -125,6 +125,8 @@ def _part(shape: Node, name: str, doubts: Doubts) -> list[Part]:
     if found is None:
         doubts.add("Shapes that let all light through are left out", name)
         return []
+    if found.material.normal_texture is not None:
+        mesh = with_tangents(mesh)
     return [Part(name, _placed(mesh, found.texture_from_mesh), found.material)]
 
 
