@@ -1,8 +1,11 @@
 """The exact path against shapes whose mirrored rays are known in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.material import CLAMPS, REPEATS, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, ReflectiveObject, Scene
@@ -89,6 +92,27 @@ def test_rays_below_the_surface_are_bent_back_above_it() -> None:
     bent = straight + (SMALLEST_CLIMB - straight[:, 1:2]) * UP
     bent /= np.linalg.norm(bent, axis=1, keepdims=True)
     assert np.abs(gbuffer.lookups[0].direction[0] - bent).max() < 1e-7
+
+
+def test_rough_surfaces_lean_towards_the_normal_that_mirrors() -> None:
+    """Of a normal that faces away from the viewer: as that of the bent ray leans from it, at its own n·v."""
+    camera = Camera((-1.0, 0.14, 0.0), (0.0, 0.0, 0.0), fov_deg=1.0, width=16, height=16)
+    away = (float(np.sin(np.pi / 9)), float(np.cos(np.pi / 9)), 0.0)
+    (part,) = (scene := floor_scene(normal=away)).parts
+    rough = replace(part, material=replace(part.material, perceptual_roughness=0.5))
+    gbuffer, xy = see(camera, replace(scene, parts=(rough,)), [100])
+    ray = view_rays(camera, xy)
+    assert (ray @ away > 0.0).all()
+    half = gbuffer.mirrored - ray
+    cosine = np.linalg.norm(half, axis=1, keepdims=True) / 2.0
+    table = dfg_table()
+    columns = np.arange(table.shape[1])
+    rows = [np.interp(np.sqrt(cosine[:, 0]) * columns[-1], columns, table[row, :, 2]) for row in range(table.shape[0])]
+    lean = np.array([np.interp(0.5 * (len(rows) - 1), np.arange(len(rows)), of_one) for of_one in np.transpose(rows)])
+    leant = gbuffer.mirrored + lean[:, None] * (half / (2.0 * cosine) - gbuffer.mirrored)
+    leant /= np.linalg.norm(leant, axis=1, keepdims=True)
+    assert lean.min() > 0.1  # far from what rounds
+    assert np.abs(gbuffer.lookups[0].direction[0] - leant).max() < 1e-6  # the cosine is of rays in float32
 
 
 def test_neighbours_on_a_plane_seen_edge_on_stay_finite() -> None:

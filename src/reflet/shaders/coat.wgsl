@@ -51,7 +51,7 @@ fn coat_normal(at: Point, ng: vec3f) -> vec3f {
 
 fn coat_at(s: Sample) -> Coat {
   let n = coat_normal(s.here, s.ng);
-  let n_dot_v = clamp(dot(-s.here.ray, n), 0.0, 1.0);
+  let n_dot_v = mirror_cosine(s.here.ray, mirrored(s.here.ray, n, s.ng));
   let roughness = part.coat_roughness * coat_picture(1u, s.here).g;
   return Coat(
     coat_fresnel(part.coat * coat_picture(0u, s.here).r, n_dot_v), roughness, n, coat_normal(s.right, s.ng),

@@ -1,6 +1,7 @@
 #import part
 #import ggx_table
 #import fresnel
+#import mirror
 
 // Rough surfaces: what they reflect, and where their lobe is looked up (CONVENTIONS.md, "Surfaces", "LOD").
 
@@ -67,12 +68,13 @@ fn drawn_offset(r: vec3f, spread: f32) -> vec3f {
   return (2.0 * squared_cosine - 2.0) * r + sine * (cos(turn) * t + sin(turn) * cross(r, t));
 }
 
-// The mirrored ray r as the lobe's peak leans from it towards the normal; r itself of mirrors, whose lean is 0.
-fn leaning(r: vec3f, n: vec3f, lean: f32) -> vec3f {
+// `ray` mirrored at n as the lobe's peak leans from there towards the normal of the two; without that of mirrors, whose lean is 0.
+fn leaning(ray: vec3f, n: vec3f, ng: vec3f, lean: f32) -> vec3f {
+  let r = mirrored(ray, n, ng);
   if (!any_is(PART_ROUGH) || lean == 0.0) {
     return r;
   }
-  return normalize(r + lean * (n - r));
+  return normalize(r + lean * (normalize(r - ray) - r));
 }
 
 // Share of the light about its mirrored ray that a surface reflects. `dielectric` is f0 and f90 of what is no metal, `ggx` of the

@@ -11,3 +11,9 @@ fn mirrored(ray: vec3f, n: vec3f, ng: vec3f) -> vec3f {
   }
   return r;
 }
+
+// The cosine between the viewer and the unit normal that mirrors `ray` to r: n·v, but of a ray that is bent, whose n may even
+// face away from the viewer.
+fn mirror_cosine(ray: vec3f, r: vec3f) -> f32 {
+  return min(0.5 * length(r - ray), 1.0);
+}

@@ -12,19 +12,21 @@
 struct Gloss {
   metallic: f32,
   roughness: f32,  // 0 of mirrors
+  n_dot_v: f32,    // of the normal that mirrors
   ggx: vec4f,      // of the table; 0 of mirrors
 }
 
 // Of a sub-sample whose shading normal is n.
 fn gloss_at(s: Sample, n: vec3f) -> Gloss {
-  var gloss = Gloss(part.metallic, part.perceptual_roughness, vec4f(0.0));
+  var gloss = Gloss(
+    part.metallic, part.perceptual_roughness, mirror_cosine(s.here.ray, mirrored(s.here.ray, n, s.ng)), vec4f(0.0));
   if (part_is(PART_METALLIC_ROUGHNESS_TEXTURE)) {
     let texel = bilinear(metallic_roughness_texture, part_uv(1u, s.here), part_sampling(1u));
     gloss.metallic *= texel.b;
     gloss.roughness *= texel.g;
   }
   if (part_is(PART_ROUGH)) {
-    gloss.ggx = ggx_entry(ggx_table, clamp(dot(-s.here.ray, n), 0.0, 1.0), gloss.roughness);
+    gloss.ggx = ggx_entry(ggx_table, gloss.n_dot_v, gloss.roughness);
   } else {
     gloss.roughness = 0.0;
   }
@@ -44,9 +46,9 @@ fn mirrors_about(s: Sample, n: vec3f, n1: vec3f, n2: vec3f, roughness: f32, ggx:
     spread = lobe_spread(roughness * ggx.w);
   }
   return Mirrors(
-    s.here.p, leaning(mirrored(s.here.ray, n, s.ng), n, lean),
-    s.right.p, leaning(mirrored(s.right.ray, n1, s.ng), n1, lean),
-    s.down.p, leaning(mirrored(s.down.ray, n2, s.ng), n2, lean), false, spread);
+    s.here.p, leaning(s.here.ray, n, s.ng, lean),
+    s.right.p, leaning(s.right.ray, n1, s.ng, lean),
+    s.down.p, leaning(s.down.ray, n2, s.ng, lean), false, spread);
 }
 
 // LOD of a picture texture of the given number and size, from the same neighbours as that of env maps.
@@ -112,12 +114,11 @@ fn reflective(s: Sample) -> vec3f {
   if (part_is(PART_REFRACTIVE)) {
     albedo = base_color * (1.0 - part.transmission);
     if (switched_on(SHOW_FRESNEL)) {
-      let f = glass_reflectance(part.index, dot(-s.here.ray, n), s.back, part_is(PART_THIN));
+      let f = glass_reflectance(part.index, gloss.n_dot_v, s.back, part_is(PART_THIN));
       shown = f * shown + (1.0 - f) * part.transmission * base_color * radiance_through(s, n);
     }
   } else if (switched_on(SHOW_FRESNEL)) {
-    shown *= reflectance(
-      base_color, gloss.metallic, dielectric, dot(-s.here.ray, n), part_is(PART_ROUGH), gloss.ggx);
+    shown *= reflectance(base_color, gloss.metallic, dielectric, gloss.n_dot_v, part_is(PART_ROUGH), gloss.ggx);
   }
   var below = 1.0;
   var on_coat = vec3f(0.0);

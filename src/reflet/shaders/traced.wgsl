@@ -187,21 +187,22 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   }
   let dielectric = vec4f(material.dielectric_f0, material.dielectric_f90);
   let rough = hit_is(met.material, PART_ROUGH);
-  let n_dot_v = dot(-ray, n);
+  let straight = mirrored(ray, n, met.ng);
+  let n_dot_v = mirror_cosine(ray, straight);
   var below = 1.0;
   var by_coat = 0.0;
   var coat = vec2f(0.0);
   if (hit_is(met.material, PART_COAT)) {
     coat = unpack2x16unorm(material.coat);
     let fresnel = coat_fresnel(coat.x, n_dot_v);
-    let kept = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), coat.y);
+    let kept = ggx_entry(ggx_table, n_dot_v, coat.y);
     by_coat = fresnel * (kept.x + kept.y);
     below = 1.0 - fresnel;
   }
   var ggx = vec4f(0.0);
   var spread = rays.spread;
   if (rough) {
-    ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
+    ggx = ggx_entry(ggx_table, n_dot_v, roughness);
   }
   if (switched_on(SHOW_DIFFUSE) || !hit_is(met.material, PART_REFLECTIVE)) {
     var emission = material.emission;
@@ -243,13 +244,12 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     // one ray stands for both lobes: that of the one that sends more
     if (by_coat > largest(own)) {
       roughness = coat.y;
-      ggx = ggx_entry(ggx_table, clamp(n_dot_v, 0.0, 1.0), roughness);
+      ggx = ggx_entry(ggx_table, n_dot_v, roughness);
     }
   }
   if (rough) {
     spread = wider(spread, lobe_spread(roughness * ggx.w));
   }
-  let straight = mirrored(ray, n, met.ng);
   if (hit_is(met.material, PART_SURFACE) && roughness > TRACED_ROUGHNESS) {
     let light = surface_light(met.triangle, b, met.back, straight);
     (*way).light += (*way).throughput * light.rgb;
@@ -257,8 +257,8 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
   }
   return Leaving(
     Mirrors(
-      here.p, leaning(straight, n, ggx.z), right.p, leaning(mirrored(right.ray, n1, met.ng), n1, ggx.z),
-      down.p, leaning(mirrored(down.ray, n2, met.ng), n2, ggx.z), true, spread),
+      here.p, leaning(ray, n, met.ng, ggx.z), right.p, leaning(right.ray, n1, met.ng, ggx.z),
+      down.p, leaning(down.ray, n2, met.ng, ggx.z), true, spread),
     met.triangle, met.ng, !(glass && met.back), rough && roughness > TRACED_ROUGHNESS,
     medium_after(medium, material.absorption, false, glass && met.back));
 }

@@ -117,12 +117,12 @@ def surface_at(device: DeviceScene, triangle, uv, direction, valid) -> Surface: 
     dielectric = dr.gather(mi.Vector4f, device.part_dielectric, part, valid)
     f0 = base_color * metallic + mi.Color3f(dielectric.x, dielectric.y, dielectric.z) * (1.0 - metallic)
     f90 = metallic + dielectric.w * (1.0 - metallic)
-    cosine = dr.clip(-dr.dot(direction, normal), 0.0, 1.0)
-    grazing = dr.square(dr.square(1.0 - cosine)) * (1.0 - cosine)
-    fresnel = f0 + (f90 - f0) * grazing
     mirrored = direction - 2.0 * dr.dot(direction, normal) * normal
     above = dr.dot(mirrored, geometric)
     mirrored = dr.select(above < BEND, dr.normalize(mirrored + (BEND - above) * geometric), mirrored)
+    cosine = dr.minimum(0.5 * dr.norm(mirrored - direction), 1.0)  # n·v, of bent rays about the normal that bends them
+    grazing = dr.square(dr.square(1.0 - cosine)) * (1.0 - cosine)
+    fresnel = f0 + (f90 - f0) * grazing
     passes, glass = mi.Bool(False), {}
     if device.has_glass:
         table = dr.gather(mi.Vector4f, device.part_glass, part, valid)

@@ -266,10 +266,11 @@ def _mirror(
                     u, v_ = b0 * c[0, 0] + b1 * c[1, 0] + b2 * c[2, 0], b0 * c[0, 1] + b1 * c[1, 1] + b2 * c[2, 1]
                     rough[i] *= _fetch(texels, textures[roughness_texture[k]], u, v_, 1)
                 if rough[i] > 0.0:
-                    n_dot_v = min(max(-(dirx * nx + diry * ny + dirz * nz), 0.0), 1.0)
+                    n_dot_v = min(0.5 * sqrt((rx - dirx) ** 2 + (ry - diry) ** 2 + (rz - dirz) ** 2), 1.0)
                     lean = _entry(leans, n_dot_v, rough[i])
                     wide[i] = rough[i] * _entry(widenings, n_dot_v, rough[i])
-            if lean != 0.0:
+            if lean != 0.0:  # towards the normal that mirrors
+                nx, ny, nz = _normalized(rx - dirx, ry - diry, rz - dirz)
                 rx, ry, rz = _normalized(rx + lean * (nx - rx), ry + lean * (ny - ry), rz + lean * (nz - rz))
             position[j, i, 0] = v[0, 0] + b1 * e1x + b2 * e2x
             position[j, i, 1] = v[0, 1] + b1 * e1y + b2 * e2y

@@ -95,8 +95,7 @@ def _register(variant: str) -> None:
             direction = mi.Frame3f(hit.n).to_world(mi.warp.square_to_cosine_hemisphere(sample2))
             direction = dr.select(glossy, hit.specular.sample(sample2), direction)
             mirrors = glossy & hit.specular.smooth
-            cosine = dr.clip(dr.dot(si.to_world(si.wi), hit.n), 0.0, 1.0)
-            whole = hit.below * schlick(hit.f0, hit.f90, cosine)
+            whole = hit.below * schlick(hit.f0, hit.f90, hit.specular.n_dot_v)
             if hit.coat is not None:
                 direction = dr.select(coats, hit.coat.sample(sample2), direction)
                 mirrors |= coats & hit.coat.smooth

@@ -33,9 +33,9 @@ def _register(variant: str) -> None:
             mirrors = visible & (sample1 < share)
             f0 = color * metallic + self.f0 * (1.0 - metallic)
             f90 = metallic + self.f90 * (1.0 - metallic)
-            cosine = dr.maximum(dr.dot(towards, n), 0.0)
-            fresnel = f0 + (f90 - f0) * dr.power(1.0 - cosine, 5)
             reflected, _ = mirrored(towards, n, ng)
+            cosine = dr.minimum(0.5 * dr.norm(towards + reflected), 1.0)
+            fresnel = f0 + (f90 - f0) * dr.power(1.0 - cosine, 5)
             scattered = mi.Frame3f(n).to_world(mi.warp.square_to_cosine_hemisphere(sample2))
 
             drawn = dr.zeros(mi.BSDFSample3f, dr.width(si.p))
