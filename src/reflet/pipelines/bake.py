@@ -38,12 +38,13 @@ from reflet.progress import ProgressCallback, silent
 from reflet.scene.companions import traced_parts
 from reflet.scene.fingerprint import fingerprint
 from reflet.scene.holdable_light import with_holdable_light
-from reflet.scene.roughness import is_rough
+from reflet.scene.roughness import has_wide_lobes, is_rough
 from reflet.scene.scene import Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.views.framing import check_camera, frame_orbit
 from reflet.scene.views.parameter_space import Axis, ParameterSpace, orbit_space
+from reflet.trace.gloss.surface_light import MOST_TEXELS
 from reflet.trace.tracer import Tracer
 from reflet.trace.variant import use_variant
 
@@ -128,6 +129,7 @@ def bake(
         max(chain.texel_count, local_chain.texel_count),
         space.orbit.image_size**2 * sample_count,
         scene.triangle_offsets[-1],
+        MOST_TEXELS if traced and any(map(has_wide_lobes, scene.parts)) else 0,
     )
     for each in (chain, local_chain):
         check_chain(each, codec_named(codec))
@@ -221,17 +223,20 @@ def default_size(parameterization: Parameterization) -> int:
     return equal_sampling_size(parameterization, 256**2 * valid_texels(CUBE), power_of_two=True)
 
 
-def _check_memory(texels: int, sub_samples: int, triangles: int) -> None:
+def _check_memory(texels: int, sub_samples: int, triangles: int, on_surfaces: int) -> None:
     """Raises RefletError where inference would not fit into the memory that is free.
 
-    A solve holds about fourteen vectors of four float32 a texel, the G-buffer 72 bytes a sub-sample, a rendering matrix
-    about as much again. Tables and trees of the scene take up to 700 bytes a triangle (benchmarks/large_meshes.py).
+    A solve holds about fourteen vectors of four float32 a texel, of maps or ``on_surfaces``, the G-buffer 72 bytes a
+    sub-sample, a rendering matrix about as much again. Tables and trees of the scene take up to 700 bytes a triangle
+    (benchmarks/large_meshes.py).
     """
-    needed, free = 224 * texels + 144 * sub_samples + 700 * triangles, psutil.virtual_memory().available
+    needed = 224 * max(texels, on_surfaces) + 144 * sub_samples + 700 * triangles
+    free = psutil.virtual_memory().available
     if needed > free:
         raise RefletError(
             f"This bake takes about {needed / 2**30:.0f} GiB of memory, {free / 2**30:.0f} GiB are free; choose smaller"
-            " maps (--em-size) or pictures (--image-size), or a mesh of fewer triangles."
+            " maps (--em-size) or pictures (--image-size), or a mesh of fewer triangles"
+            + ("; or --local ellipsoid, which keeps no light on rough surfaces." if on_surfaces else ".")
         )
 
 
