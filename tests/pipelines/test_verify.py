@@ -160,7 +160,7 @@ def test_all_shells_are_verified() -> None:
         (0.0, lambda text: text.replace("dot(ray, n) * n", "dot(ray, n) * n * 1.001")),
         (0.0, lambda text: text.replace("FETCHES = 4u", "FETCHES = 3u")),
         (0.3, lambda text: text.replace("spread * select(t,", "0.98 * spread * select(t,")),
-        (0.3, lambda text: text.replace("r + lean * (n - r)", "r + 0.9 * lean * (n - r)")),
+        (0.3, lambda text: text.replace("r + lean * (normalize", "r + 0.9 * lean * (normalize")),
     ],
     ids=["LOD half a level off", "mirrored ray a little off", "a search that ends early", "a narrow lobe", "less lean"],
 )

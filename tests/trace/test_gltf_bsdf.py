@@ -199,7 +199,8 @@ def test_roughness_0_is_the_projects_mirror(color: Any, metallic: float) -> None
     assert mirrors.sum() > 1500
     np.testing.assert_array_equal(np.array(ours.sampled_type), +mi.BSDFFlags.DeltaReflection)
     np.testing.assert_allclose(np.array(ours.wo)[:, mirrors], np.array(theirs.wo)[:, mirrors], atol=1e-6)
-    np.testing.assert_allclose(own[:, mirrors], weight[:, mirrors] * share, atol=1e-6)
+    # The cosine is half a difference of two unit vectors in float32; Fresnel's fifth power makes 5 roundings of one.
+    np.testing.assert_allclose(own[:, mirrors], weight[:, mirrors] * share, atol=1e-5)
 
 
 def test_lobes_narrow_down_to_the_mirrored_ray() -> None:

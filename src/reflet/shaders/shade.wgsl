@@ -68,12 +68,14 @@ fn emission_at(s: Sample) -> vec3f {
   return part.emission * textureSampleLevel(emission_texture, emission_sampler, part_uv(3u, s.here), lod).rgb;
 }
 
-// Diffuse light that reaches a sub-sample, over pi.
-fn diffuse_light(s: Sample) -> vec3f {
-  if (part_is(PART_NORMAL_TEXTURE)) {
-    return bent_irradiance_over_pi(s.triangle, s.b, s.back, shading_normal(s.here, s.ng) - unbent_normal(s.here, s.ng));
+// Diffuse light that reaches a sub-sample of shading normal n, over pi. Where anything is of glass first surfaces go without bends:
+// Chromium's rasterizer in software does not get over programs that hold both.
+fn diffuse_light(s: Sample, n: vec3f) -> vec3f {
+  var bend = vec3f(0.0);
+  if (part_is(PART_NORMAL_TEXTURE) && !any_is(PART_REFRACTIVE)) {
+    bend = n - unbent_normal(s.here, s.ng);
   }
-  return irradiance_over_pi(s.triangle, s.b, s.back);
+  return irradiance_over_pi(s.triangle, s.b, s.back, bend);
 }
 
 // Radiance of a surface that does not mirror.
@@ -86,7 +88,7 @@ fn matte(s: Sample) -> vec3f {
   if (part_is(PART_UNLIT)) {
     return albedo;
   }
-  return emission_at(s) + albedo * diffuse_light(s);
+  return emission_at(s) + albedo * diffuse_light(s, shading_normal(s.here, s.ng));
 }
 
 // What the lobe about some rays gathers, of a sub-sample as rough as that whose shading normal is n.
@@ -140,7 +142,7 @@ fn reflective(s: Sample) -> vec3f {
   if (switched_on(SHOW_DIFFUSE)) {
     shown += select(emission_at(s), base_color, part_is(PART_UNLIT));
     if (!part_is(PART_METAL) && !part_is(PART_UNLIT)) {
-      shown += albedo * diffuse_light(s);
+      shown += albedo * diffuse_light(s, n);
     }
     if (part_is(PART_ROUGH)) {
       shown += on_coat + below * highlights(Shiny(

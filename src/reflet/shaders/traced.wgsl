@@ -214,13 +214,10 @@ fn onward(way: ptr<function, Way>, met: Met, medium: vec3f, ray: vec3f, b: vec2f
     } else if (!hit_is(met.material, PART_METAL)) {
       let share = below * select(
         diffuse_share(base_color, metallic, dielectric, rough, ggx), base_color * (1.0 - material.transmission), glass);
-      if (hit_is(met.material, PART_NORMAL_TEXTURE)) {
-        emission += share * bent_irradiance_over_pi(met.triangle, b, met.back, n - unbent_normal(here, met.ng));
-      } else {
-        emission += share * irradiance_over_pi(met.triangle, b, met.back);
-      }
+      let bend = select(vec3f(0.0), n - unbent_normal(here, met.ng), hit_is(met.material, PART_NORMAL_TEXTURE));
+      emission += share * irradiance_over_pi(met.triangle, b, met.back, bend);
     }
-    if (rough) {
+    if (rough && light_count() > 0u) {
       emission += below * highlights(Shiny(
         here.p, ray, n, met.ng, base_color, metallic, dielectric, roughness, ggx, met.triangle, b, met.back));
     }
