@@ -20,7 +20,7 @@ from jaxtyping import Bool, Float, Float32, Int64
 from reflet.envmap.env_map import EnvMap
 from reflet.envmap.facts import LUMINANCE
 from reflet.envmap.lod import lobe_spread
-from reflet.infer.shown import shown_lookups
+from reflet.infer.shown import shown_by_object
 from reflet.reflectance.materials.material import dfg_lookup
 from reflet.scene.surfaces.gbuffer import Lookups
 from reflet.scene.surfaces.surface_layer import SurfaceLayer, neighbours
@@ -41,18 +41,14 @@ def fit_surface(traced: TracedSurface, shells_of: Sequence[Sequence[EnvMap]], lo
     peak = mirrored + lobe[:, 2:3] * (normal - mirrored)
     peak /= np.linalg.norm(peak, axis=-1, keepdims=True)
     spread = lobe_spread(roughness * lobe[:, 3]).astype(np.float32)
-    shown = np.zeros((len(cosine), 3), np.float32)
-    owner = traced.object[traced.row_site]
-    for index, shells in enumerate(shells_of):
-        rows = np.flatnonzero(owner == index)
-        lookups = Lookups(
-            sample=np.arange(len(rows), dtype=np.int32),
-            weight=np.ones(len(rows), np.float32),
-            position=np.repeat(traced.position[None, traced.row_site[rows]], 3, 0),  # of pixels without extent
-            direction=np.repeat(peak[None, rows].astype(np.float32), 3, 0),
-            spread=spread[rows],
-        )
-        shown[rows] = shown_lookups(lookups, shells, lod_bias)
+    lookups = Lookups(
+        sample=np.arange(len(cosine), dtype=np.int32),
+        weight=np.ones(len(cosine), np.float32),
+        position=np.broadcast_to(traced.position[traced.row_site], (3, len(cosine), 3)),  # of pixels without extent
+        direction=np.broadcast_to(peak.astype(np.float32), (3, len(cosine), 3)),
+        spread=spread,
+    )
+    shown = shown_by_object(lookups, traced.object[traced.row_site], shells_of, lod_bias)
     past = (1.0 - traced.alpha[:, None]) * traced.distant
     gain = np.minimum(past @ LUMINANCE / np.maximum(shown @ LUMINANCE, 1e-9), MOST_GAIN).astype(np.float32)[:, None]
     texels = np.concatenate([traced.local + past - gain * shown, 1.0 - gain], 1)

@@ -14,11 +14,10 @@ from jaxtyping import Float, Float32, Int64
 from reflet.envmap.env_map import EnvMap
 from reflet.infer.infer_layer import common_rows
 from reflet.infer.records import RenderingMatrix, Rows
-from reflet.infer.shown import shown_lookups
+from reflet.infer.shown import shown_by_object
 from reflet.infer.solve import SolverSettings, solve
 from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Scene
-from reflet.scene.surfaces.gbuffer import GBuffer, Lookups
 from reflet.scene.surfaces.surface import gbuffer_from_visibility
 from reflet.scene.surfaces.surface_layer import SurfaceLayer
 from reflet.scene.surfaces.surface_taps import TAPS, seen_from, surface_taps
@@ -47,7 +46,9 @@ def surface_rows(
     samples = np.maximum(np.bincount(gbuffer.row_of_sample, minlength=count), 1)
     row = gbuffer.row_of_sample[chosen]
     alpha = np.einsum("nk,nk->n", weights, surface.light.reshape(-1, 4)[texels, 3].astype(np.float32))
-    passing = (1.0 - alpha)[:, None] * _distant(scene, gbuffer, shells_of, lod_bias)[chosen]
+    (lookups,) = gbuffer.lookups
+    owner = np.asarray(scene.object_of_part)[gbuffer.row_part][gbuffer.row_of_sample]
+    passing = (1.0 - alpha)[:, None] * shown_by_object(lookups, owner, shells_of, lod_bias)[chosen]
     passed = np.stack([np.bincount(row, passing[:, c], count) for c in range(3)], -1) / samples[:, None]
     matrix = sp.csr_matrix(
         ((weights / samples[row, None]).ravel(), (np.repeat(row, TAPS), texels.ravel())),
@@ -104,23 +105,3 @@ class _SitePenalty:
 
     def diagonal(self) -> Float32[np.ndarray, "texels"]:
         return np.repeat(self.laplacian.diagonal() + _STAYING, self.texels).astype(np.float32)
-
-
-def _distant(
-    scene: Scene, gbuffer: GBuffer, shells_of: Sequence[Sequence[EnvMap]], lod_bias: float
-) -> Float32[np.ndarray, "samples 3"]:
-    """What the shells of each object show, sub-sample by sub-sample."""
-    (lookups,) = gbuffer.lookups
-    part = gbuffer.row_part[gbuffer.row_of_sample]
-    seen = np.zeros((len(part), 3), np.float32)
-    for item, shells in zip(scene.objects, shells_of, strict=True):
-        own = np.flatnonzero(np.isin(part, item.parts))
-        of_object = Lookups(
-            sample=np.arange(len(own), dtype=np.int32),
-            weight=lookups.weight[own],
-            position=lookups.position[:, own],
-            direction=lookups.direction[:, own],
-            spread=lookups.spread[own],
-        )
-        seen[own] = shown_lookups(of_object, shells, lod_bias)
-    return seen

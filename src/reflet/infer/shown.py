@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float32, Int
 from numba import njit, prange
 
 from reflet.envmap.compiled_lookup import compiled_geometry, place, taps_into
@@ -40,6 +40,24 @@ def shown_lookups(lookups: Lookups, shells: Sequence[EnvMap], lod_bias: float) -
             chain.parameterization.kind, chain.parameterization.aspect, chain.size, chain.level_count, float(lod_bias),
             table, starts, texels, seen, clear,
         )  # fmt: skip
+    return seen
+
+
+def shown_by_object(
+    lookups: Lookups, owner: Int[np.ndarray, "lookups"], shells_of: Sequence[Sequence[EnvMap]], lod_bias: float
+) -> Float32[np.ndarray, "lookups 3"]:
+    """The same of lookups that each look up the shells of one object, its ``owner``."""
+    seen = np.zeros((len(owner), 3), np.float32)
+    for index, shells in enumerate(shells_of):
+        own = np.flatnonzero(owner == index)
+        of_object = Lookups(
+            sample=np.arange(len(own), dtype=np.int32),
+            weight=lookups.weight[own],
+            position=lookups.position[:, own],
+            direction=lookups.direction[:, own],
+            spread=lookups.spread[own],
+        )
+        seen[own] = shown_lookups(of_object, shells, lod_bias)
     return seen
 
 

@@ -92,12 +92,11 @@ def _turned_irradiance(
     turn: Int[np.ndarray, "triangles"],
 ) -> IrradianceMap:
     grids = irradiance.resolution, irradiance.offset
-    turned = IrradianceMap(*turned_colours(*grids, irradiance.radiosity, sides, order, turn))
-    if len(irradiance.gradient):
-        turned = replace(turned, gradient=turned_colours(*grids, irradiance.gradient, sides, order, turn)[2])
-    if len(irradiance.visibility):
-        turned = replace(turned, visibility=turned_colours(*grids, irradiance.visibility, sides, order, turn)[2])
-    return turned
+    more = {"gradient": irradiance.gradient, "visibility": irradiance.visibility}
+    return IrradianceMap(
+        *turned_colours(*grids, irradiance.radiosity, sides, order, turn),
+        **{name: turned_colours(*grids, of, sides, order, turn)[2] for name, of in more.items() if len(of)},
+    )
 
 
 def _turned_surface(

@@ -19,6 +19,7 @@ from PIL import Image
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.errors import RefletError
 from reflet.files.pictures.png import decode_picture
+from reflet.files.srgb import srgb_from_linear
 from reflet.scene.material import CLAMPS, EnvironmentLight, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part, Scene
@@ -154,7 +155,7 @@ def _textured(
     if factor.max() <= least:
         return (0.0, 0.0, 0.0), None
     linear = colors / np.maximum(factor, 1e-12)
-    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    srgb = srgb_from_linear(linear)
     file = BytesIO()
     Image.fromarray(np.rint(255.0 * srgb).astype(np.uint8)).save(file, "JPEG", quality=_QUALITY, subsampling=0)
     encoded = file.getvalue()

@@ -13,6 +13,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Bool
 
+from reflet.files.srgb import linear_from_srgb
 from reflet.reflectance.materials.material import dfg_table
 from reflet.scene.bounds import reach
 from reflet.scene.material import WRAPS
@@ -190,10 +191,7 @@ class DeviceScene:
         self.has_textures = bool(headers)
         self.texture_headers = mi.UInt32(np.array(headers or [(0, 1, 1, 0)], np.uint32).ravel())
         self.texels = mi.UInt32(np.concatenate(texels) if texels else np.zeros(1, np.uint32))
-        code = np.arange(256) / 255.0
-        self.linear_from_srgb = mi.Float(
-            np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).astype(np.float32)
-        )
+        self.linear_from_srgb = mi.Float(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32))
 
     def _upload_environment(self) -> None:
         light = self.scene.environment

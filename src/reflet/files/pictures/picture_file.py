@@ -15,6 +15,7 @@ from reflet.files.pictures.exr import read_exr_picture, write_exr
 from reflet.files.pictures.hdr import hdr_size, read_hdr_with_doubts, write_hdr
 from reflet.files.pictures.notes import read_notes
 from reflet.files.pictures.png import read_linear_picture_with_doubts, write_png
+from reflet.files.srgb import srgb_from_linear
 
 READ = {".hdr": "Radiance", ".exr": "OpenEXR", ".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WebP"}
 """Formats by suffix."""
@@ -118,5 +119,5 @@ def as_srgb(pixels: Float32[np.ndarray, "height width channels"]) -> UInt8[np.nd
     if alpha.shape[-1]:
         color = color / np.where(alpha > 0.0, alpha, 1.0)
     color = np.clip(color, 0.0, 1.0)
-    encoded = np.where(color <= 0.0031308, 12.92 * color, 1.055 * color ** (1.0 / 2.4) - 0.055)
+    encoded = srgb_from_linear(color)
     return np.rint(255.0 * np.concatenate([encoded, np.clip(alpha, 0.0, 1.0)], -1)).astype(np.uint8)

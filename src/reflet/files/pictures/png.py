@@ -15,6 +15,7 @@ from PIL.PngImagePlugin import PngInfo
 from reflet.errors import RefletError
 from reflet.files.atomic import atomic_path
 from reflet.files.pictures.color_profile import doubts_of_encoding, in_srgb
+from reflet.files.srgb import linear_from_srgb
 from reflet.files.unreadable import unreadable
 
 LARGEST_PICTURE = 2**28  # pixels of 16-bit pictures; of others it is Pillow's to say
@@ -144,7 +145,6 @@ def _linear(encoded: UInt8[np.ndarray, "h w c"] | UInt16[np.ndarray, "h w c"]) -
 @cache
 def _linear_from_srgb(highest: int) -> Float32[np.ndarray, "codes"]:
     """What each code from 0 to ``highest`` stands for [IEC 61966-2-1]."""
-    encoded = np.arange(highest + 1) / highest
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = linear_from_srgb(np.arange(highest + 1) / highest).astype(np.float32)
     linear.setflags(write=False)
     return linear

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from reflet.envmap.resampling.spread_light import HALF_MAX
+from reflet.files.srgb import linear_from_srgb
 from reflet.files.textures.packed_floats import decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5
 
 FLOAT_MAX = float(np.finfo(np.float32).max)
@@ -91,8 +92,7 @@ def _packed(
 
 
 def _linear_from_srgb() -> np.ndarray:
-    encoded = np.arange(256) / 255.0
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
     linear.setflags(write=False)
     return linear
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from reflet.errors import RefletError
+from reflet.files.srgb import srgb_from_linear
 from reflet.scene.material import REPEATS, Texture, Vec3, Wrap
 from reflet.trace.mitsuba_files.mitsuba_doubts import Doubts
 from reflet.trace.mitsuba_files.mitsuba_nodes import Node
@@ -106,7 +107,7 @@ class Values:
             return Color((float(mean[0]), float(mean[1]), float(mean[2])))
         brightest = float(linear.max()) if unbounded else 1.0
         linear = np.clip(linear / max(brightest, 1e-9), 0.0, 1.0)
-        code = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+        code = srgb_from_linear(linear)
         pixels = np.full((*linear.shape[:2], 4), 255, np.uint8)
         pixels[..., :3] = np.round(code * 255.0)
         wraps, placed = _laid(node.children[key])

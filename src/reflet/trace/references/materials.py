@@ -6,6 +6,7 @@ import mitsuba as mi
 import numpy as np
 
 from reflet.errors import RefletError
+from reflet.files.srgb import linear_from_srgb
 from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.scene import Part
@@ -141,7 +142,7 @@ def color_texture(factor: Vec3, texture: Texture | None, mesh: Mesh, *, tinted: 
             return placed_texture(None, np.asarray(factor).reshape(1, 1, 3), mesh, tinted=True)
         return {"type": "srgb", "color": [float(c) for c in factor], "unbounded": True}
     code = texture.pixels[..., :3].astype(np.float64) / 255.0
-    linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_srgb(code)
     return placed_texture(texture, linear * np.asarray(factor), mesh, tinted=tinted)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt8
 
+from reflet.files.srgb import linear_from_srgb
 from reflet.scene.material import Material, Refraction, Texture, Vec3
 from reflet.scene.readers.obj.mtl_textures import channel_of, parse_texture
 from reflet.scene.readers.obj.mtl_values import WHITE, MtlValues
@@ -56,7 +57,7 @@ def _specular(values: MtlValues, model: int, index: float) -> dict[str, Any]:
     if picture is not None:
         values.note("map_Ks counts as its mean")
         code = picture[0][..., :3].astype(np.float64) / 255.0
-        mean = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).mean((0, 1))
+        mean = linear_from_srgb(code).mean((0, 1))
         given = values.factor(tint, WHITE, True)
         tint = float(given[0] * mean[0]), float(given[1] * mean[1]), float(given[2] * mean[2])
     if tint is None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from reflet.files.srgb import linear_from_srgb
 from reflet.scene.material import Material, Vec3
 from reflet.scene.readers.gltf.images import Textures
 from reflet.scene.readers.gltf.materials.factors import Factors
@@ -51,8 +52,7 @@ def _mean(parent: JsonObject, key: str, textures: Textures, factors: Factors, ch
     pixels = texture.pixels
     if channel is not None:
         return float(pixels[..., channel].mean()) / 255.0
-    code = np.arange(256) / 255.0
-    linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_srgb(np.arange(256) / 255.0)
     return _vec3(tuple(linear[pixels[..., :3]].mean(axis=(0, 1)).tolist()))
 
 

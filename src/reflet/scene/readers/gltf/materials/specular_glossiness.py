@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from reflet.files.srgb import linear_from_srgb, srgb_from_linear
+
 _DIELECTRIC = 0.04  # what a surface that is no metal reflects at normal incidence
 _EPSILON = 1e-6
 
@@ -53,14 +55,14 @@ def converted_textures(
     diffuse = _sized(white if diffuse_srgb is None else diffuse_srgb, height, width)
     specular = _sized(white if specular_srgb is None else specular_srgb, height, width)
     base, other = np.empty((height, width, 4), np.uint8), np.zeros((height, width, 4), np.uint8)
-    decode = _linear_table()
+    decode = linear_from_srgb(np.arange(256) / 255.0)
     for row in range(height):  # a row at a time: in floats a picture is sixteen times as large
         color, metallic, roughness = metallic_roughness(
             decode[diffuse[row, :, :3]] * factors[0],
             decode[specular[row, :, :3]] * factors[1],
             specular[row, :, 3] / 255.0 * factors[2],
         )
-        base[row, :, :3] = np.rint(255.0 * _srgb(color))
+        base[row, :, :3] = np.rint(255.0 * srgb_from_linear(color))
         base[row, :, 3] = diffuse[row, :, 3]
         other[row, :, 1], other[row, :, 2] = np.rint(255.0 * roughness), np.rint(255.0 * metallic)
     other[..., 3] = 255
@@ -71,12 +73,3 @@ def _sized(texture: UInt8[np.ndarray, "h w 4"], height: int, width: int) -> UInt
     rows = np.arange(height) * texture.shape[0] // height
     columns = np.arange(width) * texture.shape[1] // width
     return texture if texture.shape[:2] == (height, width) else texture[rows[:, None], columns]
-
-
-def _linear_table() -> Float[np.ndarray, "256"]:
-    encoded = np.arange(256) / 255.0
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
-def _srgb(linear: Colors) -> Colors:
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055)
