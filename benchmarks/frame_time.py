@@ -52,6 +52,7 @@ from reflet.scene.scene import Part, ReflectiveObject, Scene
 from reflet.scene.surfaces.hull import hull_triangles
 from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.scene.surfaces.surface_layer import SIDES, SurfaceLayer
+from reflet.scene.views.camera import Camera
 from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
 from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION
 from reflet.shaders.link import link_text
@@ -108,6 +109,14 @@ def plain_pem(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
     maps = tuple(static_maps(pem)[i] for i in last_shells(pem))
     space = ParameterSpace((Axis("azimuth_deg", (60.0,)),), pem.space.orbit)
     return replace(pem, layers=layers, maps=[maps], space=space, base=())
+
+
+def plain_renderer(pem: ParameterizedEnvironmentMap, camera: Camera) -> Renderer:
+    """Draws it by the plain program."""
+    renderer = Renderer(plain_pem(pem))
+    with patch("reflet.render.playback.passes.link", lambda program: link_text(PLAIN.read_text())):
+        renderer.frame(camera, samples=1)  # builds the pipeline from it
+    return renderer
 
 
 def last_shells(pem: ParameterizedEnvironmentMap) -> list[int]:
@@ -220,9 +229,7 @@ def main() -> None:
     pem = pem_of(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
     between = {axis.name: float(np.mean(axis.values[:2])) for axis in pem.space.axes if axis.values}
     camera = pem.space.orbit.camera(between)
-    layered, plain = Renderer(pem), Renderer(plain_pem(pem))
-    with patch("reflet.render.playback.passes.link", lambda program: link_text(PLAIN.read_text())):
-        plain.frame(camera, samples=1)  # builds the pipeline from the plain program
+    layered, plain = Renderer(pem), plain_renderer(pem, camera)
     for samples in (16, 4):
         frames: dict[str, Callable[[], object]] = {
             "layered, fast": partial(layered.frame, camera, samples=samples, exact=False),

@@ -4,6 +4,8 @@
 // The plainest reflection there is, for comparison: interpolated position and normal, the mirrored ray looks one cube map
 // up, LOD from the hardware. Stands in for picture.wgsl.
 
+override LIGHT_COUNT: u32 = 0u;  // picture.wgsl is built for it
+
 struct Plain {
   @builtin(position) clip: vec4f,
   @location(0) position: vec3f,
