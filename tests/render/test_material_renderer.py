@@ -6,8 +6,11 @@ from compute import run
 from map_scenes import analytic_levels, linear, sphere_reflections, view_rays
 
 from reflet.envmap.env_image import EnvImage
+from reflet.envmap.env_map import EnvMap
+from reflet.envmap.mip_chain import MipChain
 from reflet.envmap.parameterizations.by_name import PARAMETERIZATIONS
 from reflet.envmap.parameterizations.cube import CUBE
+from reflet.envmap.shapes import Box
 from reflet.reflectance.materials.material import (
     Coated,
     Conductor,
@@ -21,8 +24,10 @@ from reflet.reflectance.materials.material import (
 from reflet.reflectance.materials.material_maps import EnvironmentMaps, roughness_over
 from reflet.reflectance.prefilter.ggx_levels import GEOMETRIC
 from reflet.render.filters.live_environment import LiveEnvironment
-from reflet.render.materials.env_map_renderer import view_frame
+from reflet.render.maps.env_map_texture import upload_env_map
+from reflet.render.materials.env_map_renderer import EnvMapRenderer, view_frame
 from reflet.render.materials.material_renderer import MaterialRenderer
+from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.views.camera import Camera
 
@@ -119,6 +124,36 @@ def test_a_furnace_shows_the_fresnel_terms(furnace: MaterialRenderer) -> None:
         # The mesh of 128 meridians has normals off by (π/128)²/8 and a surface within 3e-4 of the sphere: F of slope 1
         # at most here, and n·v changes by sqrt(2·3e-4)/2 near the outline.
         np.testing.assert_allclose(picture[usable][:, :3], wanted, atol=6e-3)
+
+
+@pytest.mark.parametrize("within", [False, True], ids=["far", "within"])
+def test_a_normal_that_faces_away_reflects_by_the_ray_that_is_bent(within: bool) -> None:
+    side, away = np.radians(60.0), np.radians(40.0)
+    viewer = np.array([np.sin(side), 0.0, np.cos(side)])
+    camera = Camera(tuple(5.0 * viewer), (0.0, 0.0, 0.0), fov_deg=1.0, width=3, height=3)
+    normal = np.array([-np.sin(away), 0.0, np.cos(away)])
+    mesh = Mesh(
+        np.float32([[-1, -1, 0], [1, -1, 0], [0, 1, 0]]),
+        np.tile(np.float32(normal), (3, 1)),
+        np.uint32([[0, 1, 2]]),
+    )
+    bent = -viewer + 2.0 * (viewer @ normal) * normal
+    bent[2] = 0.001  # just above the triangle
+    cosine = 0.5 * np.linalg.norm(bent / np.linalg.norm(bent) + viewer)
+    white = EnvImage(CUBE, np.ones((6, 16, 16, 3), np.float32))
+    material = Dielectric(1.5)
+    if within:
+        box = Box((-9.0,) * 3, (9.0,) * 3, (0.0,) * 3)
+        chain = MipChain(16)
+        room = EnvMap(chain, np.ones((chain.texel_count, 3), np.float16), box)
+        renderer = EnvMapRenderer(mesh)
+        shown = renderer.picture(
+            upload_env_map(renderer.device, room), camera, samples=1, material=renderer.programs.material(material)
+        )
+    else:
+        shown = MaterialRenderer(mesh, EnvironmentMaps(white, size=16)).picture(material, camera, samples=1)
+    # Of the slope of F there, 2, a view ray that leaves the middle by half a pixel, 0.003 rad.
+    assert shown[1, 1, 0] == pytest.approx(material.weights(np.array([cosine]))[0].ravel()[0], abs=2e-3)
 
 
 def test_a_turned_environment_is_turned_back() -> None:

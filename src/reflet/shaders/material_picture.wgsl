@@ -44,7 +44,7 @@ fn material_mesh(in: Shaded, @builtin(front_facing) front: bool) -> @location(0)
   let ray = at.ray;
   let n = at.n;
   let r = mirrored(ray, n, at.ng);
-  let n_dot_v = clamp(dot(n, -ray), 0.0, 1.0);
+  let n_dot_v = mirror_cosine(ray, r);
   let ggx = ggx_at(n_dot_v);
   // The hardware's derivatives are differences within a block of 2×2 pixels: drivers differ in which pixel's, and near a
   // triangle's edge the others' are extrapolated. That may move the LOD by a fraction of a level. A map whose levels are

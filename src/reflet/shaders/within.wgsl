@@ -38,9 +38,10 @@ fn lookups(p: vec3f, px: vec3f, py: vec3f, r: vec3f, rx: vec3f, ry: vec3f) -> Lo
 @fragment
 fn material_mesh_within(in: Shaded, @builtin(front_facing) front: bool) -> @location(0) vec4f {
   let at = met(in);
-  let n_dot_v = clamp(dot(at.n, -at.ray), 0.0, 1.0);
+  let bounced = mirrored(at.ray, at.n, at.ng);
+  let n_dot_v = mirror_cosine(at.ray, bounced);
   let ggx = ggx_at(n_dot_v);
-  let along = lobe(mirrored(at.ray, at.n, at.ng), at.n, ggx);
+  let along = lobe(bounced, at.n, ggx);
   let r = along.direction;
   let to = lookups(in.p, dpdx(in.p), dpdy(in.p), r, dpdx(r), dpdy(r));
   let incident = env_radiance_widened(to.d, to.dx, to.dy, along.widening);
