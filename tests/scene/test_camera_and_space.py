@@ -1,5 +1,7 @@
 """Cameras, the parameter space and the sample pattern."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from reflet.errors import RefletError
 from reflet.scene.views.camera import Camera
-from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace
+from reflet.scene.views.parameter_space import Axis, Orbit, ParameterSpace, orbit_space
 from reflet.scene.views.sample_pattern import PATTERN, Adaptive, sample_positions
 
 BENCH = Orbit((0.01, 0.15, 0.0), azimuth_deg=60.0, elevation_deg=22.0, distance=1.25)
@@ -62,6 +64,26 @@ def test_weights_are_one_at_a_sample_and_even_halfway() -> None:
     assert ORBIT.blend_weights({"azimuth_deg": 63.0 - 360.0}) == {1: 0.5, 2: 0.5}
     assert ORBIT.blend_weights({"azimuth_deg": 20.0}) == {0: 1.0}
     assert ORBIT.blend_weights({"azimuth_deg": 100.0}) == {2: 1.0}
+
+
+def test_a_full_turn_is_closed() -> None:
+    """The last sample is the first one's neighbour: no border anywhere, and no jump."""
+    turn = orbit_space(replace(BENCH, azimuth_deg=60.0), 36, 10.0)
+    assert turn.axes[0].period == 360.0 and orbit_space(BENCH, 35, 10.0).axes[0].period is None
+    assert orbit_space(BENCH, 7, 55.0).axes[0].period == 360.0  # the last gap is narrower, 30°
+    for azimuth in (55.0, 415.0, -305.0):
+        assert turn.blend_weights({"azimuth_deg": azimuth}) == {35: 0.5, 0: 0.5}
+    assert turn.blend_weights({"azimuth_deg": 60.0 + 720.0}) == {0: 1.0}
+    for azimuth in np.linspace(-400, 400, 97):
+        assert turn.displacement_deg({"azimuth_deg": float(azimuth)}) == pytest.approx(0.0, abs=1e-9)
+    before, after = (turn.blend_weights({"azimuth_deg": 60.0 + x}) for x in (-1e-3, 1e-3))
+    assert all(abs(before.get(i, 0.0) - after.get(i, 0.0)) < 1e-3 for i in {*before, *after})
+
+
+@pytest.mark.parametrize(("values", "period"), [((0.0, 180.0, 360.0), 360.0), ((0.0,), 360.0), ((0.0, 1.0), -1.0)])
+def test_closed_axes_say_no_coordinate_twice(values: tuple[float, ...], period: float) -> None:
+    with pytest.raises(RefletError, match="two coordinates or more within less than that"):
+        Axis("azimuth_deg", values, period)
 
 
 @given(st.floats(-40, 60), st.floats(-400, 400))

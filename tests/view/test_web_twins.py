@@ -213,17 +213,23 @@ def test_geometries_turn_into_others_of_their_volume_and_origin(call):
     assert enclosing == {"kind": "box", **SURROUNDINGS, "origin": [0, 0, 0]}
 
 
+def written(axis):
+    """As in a file."""
+    return {"name": axis.name, "values": axis.values} | ({} if axis.period is None else {"period": axis.period})
+
+
 def test_samples_blend_alike(call):
-    """In one and two dimensions, at random points: inside, outside, on samples, round the circle."""
+    """In one and two dimensions, at random points: inside, outside, on samples, round the circle, open and closed."""
     orbit = Orbit((0.0, 0.0, 0.0), 0.0, 0.0, 1.0)
+    turn = Axis("azimuth_deg", (60.0, 150.0, 200.0, 330.0), 360.0)
     azimuth, elevation = Axis("azimuth_deg", (60.0, 62.0, 65.0)), Axis("elevation_deg", (-10.0, 0.0, 30.0, 40.0))
     random = np.random.default_rng(7)
     points = [{"azimuth_deg": 62.0, "elevation_deg": 0.0}, {"azimuth_deg": -298.5, "elevation_deg": 35.0}] + [
         {"azimuth_deg": a, "elevation_deg": e}
         for a, e in zip(random.uniform(-720, 720, 40), random.uniform(-60, 90, 40), strict=True)
     ]
-    for axes in ((azimuth,), (azimuth, elevation)):
-        described = [{"name": axis.name, "values": axis.values} for axis in axes]
+    for axes in ((azimuth,), (azimuth, elevation), (turn,), (elevation, turn)):
+        described = [written(axis) for axis in axes]
         weights = call([("maths/parameter-space", "blendWeights", [described, point]) for point in points])
         order = call([("maths/parameter-space", "samplesByDistance", [described, point]) for point in points])
         for point, found, near in zip(points, weights, order, strict=True):
@@ -257,14 +263,17 @@ def test_displacement_and_the_bases_share_are_alike(call):
             random.uniform(-400, 400, 20), random.uniform(-60, 80, 20), random.uniform(0.5, 3, 20), strict=True
         )
     ]
-    for axes in ((azimuth,), (azimuth, elevation), (azimuth, elevation, Axis("distance", (1.0, 1.5)))):
+    turn = Axis("azimuth_deg", (60.0, 180.0, 300.0), 360.0)
+    for axes in (
+        (azimuth,), (azimuth, elevation), (azimuth, elevation, Axis("distance", (1.0, 1.5))), (turn, elevation),
+    ):  # fmt: skip
         space = ParameterSpace(axes, orbit)
-        written = [{"name": axis.name, "values": axis.values} for axis in axes]
-        found = call([("maths/parameter-space", "displacementDeg", [written, described_orbit, it]) for it in points])
+        described = [written(axis) for axis in axes]
+        found = call([("maths/parameter-space", "displacementDeg", [described, described_orbit, it]) for it in points])
         np.testing.assert_allclose(found, [space.displacement_deg(point) for point in points], atol=1e-5)
         assert found[0] < 1e-5 and max(found) > 30.0
         pem = replace(small_pem(), space=space, fade_deg=150.0)
-        written_pem = {"axes": written, "orbit": described_orbit, "maps": [[]], "base": ["map"], "fadeDeg": 150.0}
+        written_pem = {"axes": described, "orbit": described_orbit, "maps": [[]], "base": ["map"], "fadeDeg": 150.0}
         shares = call([("scene/pem", "baseShare", [written_pem, point]) for point in points])
         np.testing.assert_allclose(shares, [pem.base_share(point) for point in points], atol=1e-6)
         assert len(set(shares)) > 5  # some between 0 and 1

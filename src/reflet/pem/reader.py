@@ -116,7 +116,7 @@ def _assemble(folder: Path, document: dict[str, Any], extension: dict[str, Any])
         scene=scene,
         irradiance=irradiance_from_json(extension["irradiance"], folder),
         space=ParameterSpace(
-            axes=tuple(Axis(axis["name"], tuple(axis["values"])) for axis in space["axes"]),
+            axes=tuple(Axis(axis["name"], tuple(axis["values"]), axis.get("period")) for axis in space["axes"]),
             orbit=Orbit(
                 target=tuple(orbit["target"]),
                 azimuth_deg=orbit["azimuthDeg"],

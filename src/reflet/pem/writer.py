@@ -185,7 +185,11 @@ class PemWriter:
             "objects": [{"name": item.name, "parts": list(item.parts)} for item in scene.objects],
             "reflective": [number for number, part in enumerate(scene.parts) if part.reflective],
             "parameterSpace": {
-                "axes": [{"name": axis.name, "values": list(axis.values)} for axis in space.axes],
+                "axes": [
+                    {"name": axis.name, "values": list(axis.values)}
+                    | ({} if axis.period is None else {"period": axis.period})
+                    for axis in space.axes
+                ],
                 "orbit": {
                     "target": list(space.orbit.target),
                     "azimuthDeg": space.orbit.azimuth_deg,

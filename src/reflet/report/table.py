@@ -41,7 +41,8 @@ def pem_table(pem: ParameterizedEnvironmentMap, files: FolderFacts | None = None
         facts.add_row("distant light", distant_choice(item.name, choice))
     for axis in pem.space.axes:
         reach = f", {axis.values[0]:g} to {axis.values[-1]:g}" if axis.values else ""
-        facts.add_row("viewpoints", f"{len(axis.values)} along {axis.name}{reach}")
+        around = "" if axis.period is None else f", closed after {axis.period:g}"
+        facts.add_row("viewpoints", f"{len(axis.values)} along {axis.name}{reach}{around}")
     if pem.base:
         joint = pem.statistics.get("joint")
         fades = f"; viewpoints' own maps fade to it within {pem.fade_deg:g}°" if pem.space.sample_count else ""

@@ -6,17 +6,23 @@ import { length, subtract } from "./vectors";
 export interface Axis {
   readonly name: string;
   readonly values: readonly number[];
+  /** Of a closed axis, after which it repeats: the last sample is the first one's neighbour. */
+  readonly period?: number;
 }
 
 export type Point = Readonly<Record<string, number>>;
 
 const AZIMUTH = "azimuth_deg";
 
-/** The coordinate on an axis; of all equivalent azimuths the one closest to the axis's range. */
+/**
+ * The coordinate on an axis: on a closed one from the first sample to less than a period on; of all equivalent azimuths on an
+ * open one the closest to its range.
+ */
 function coordinate(axis: Axis, point: Point): number {
   const first = axis.values[0] as number;
   const last = axis.values.at(-1) as number;
   const x = point[axis.name] ?? first;
+  if (axis.period !== undefined) return x - axis.period * Math.floor((x - first) / axis.period);
   return axis.name === AZIMUTH ? x + 360 * Math.round((0.5 * (first + last) - x) / 360) : x;
 }
 
@@ -39,7 +45,8 @@ export function displacementDeg(axes: readonly Axis[], orbit: Orbit, point: View
   const closest: Record<string, number> = {};
   for (const axis of axes) {
     const [first, last] = [axis.values[0] as number, axis.values.at(-1) as number];
-    closest[axis.name] = Math.min(Math.max(coordinate(axis, { ...point }), first), last);
+    const x = coordinate(axis, { ...point });
+    closest[axis.name] = axis.period !== undefined ? x : Math.min(Math.max(x, first), last);
   }
   const own = { azimuth_deg: orbit.azimuthDeg, elevation_deg: orbit.elevationDeg, distance: orbit.distance };
   const there = positionAt(orbit, { ...own, ...closest });
@@ -52,7 +59,9 @@ export function blendWeights(axes: readonly Axis[], point: Point): Map<number, n
   if (axes.some(({ values }) => values.length === 0)) return new Map();
   let corners: { sample: number; weight: number }[] = [{ sample: 0, weight: 1 }];
   for (const axis of axes) {
-    const { values } = axis;
+    const count = axis.values.length;
+    const again = axis.period === undefined ? [] : [(axis.values[0] as number) + axis.period];
+    const values = [...axis.values, ...again];
     const x = coordinate(axis, point);
     const above = values.findIndex((value) => value > x);
     const low = Math.min(Math.max((above < 0 ? values.length : above) - 1, 0), Math.max(values.length - 2, 0));
@@ -60,12 +69,12 @@ export function blendWeights(axes: readonly Axis[], point: Point): Map<number, n
     const step = (values[high] as number) - (values[low] as number);
     const t = step > 0 ? Math.min(Math.max((x - (values[low] as number)) / step, 0), 1) : 0;
     const ends = [
-      { index: low, weight: 1 - t },
-      { index: high, weight: t },
+      { index: low % count, weight: 1 - t },
+      { index: high % count, weight: t },
     ].filter((end) => end.weight > 0);
     corners = corners.flatMap((corner) =>
       ends.map((end) => ({
-        sample: corner.sample * values.length + end.index,
+        sample: corner.sample * count + end.index,
         weight: corner.weight * end.weight,
       })),
     );
@@ -84,10 +93,12 @@ export function nearestAlone(weights: ReadonlyMap<number, number>): Map<number, 
 export function samplesByDistance(axes: readonly Axis[], point: Point): number[] {
   let squared = [0];
   for (const axis of axes) {
-    const { values } = axis;
+    const { values, period } = axis;
     const x = coordinate(axis, point);
-    const step = ((values.at(-1) as number) - (values[0] as number)) / Math.max(values.length - 1, 1) || 1;
-    squared = squared.flatMap((sum) => values.map((value) => sum + ((value - x) / step) ** 2));
+    const open = ((values.at(-1) as number) - (values[0] as number)) / Math.max(values.length - 1, 1) || 1;
+    const step = period === undefined ? open : period / values.length;
+    const apart = (value: number) => value - x - (period ?? 0) * Math.round((value - x) / (period ?? 1));
+    squared = squared.flatMap((sum) => values.map((value) => sum + (apart(value) / step) ** 2));
   }
   return squared.map((_, sample) => sample).sort((a, b) => (squared[a] as number) - (squared[b] as number) || a - b);
 }

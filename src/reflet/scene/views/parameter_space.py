@@ -20,14 +20,50 @@ VIEW_AXES = ("azimuth_deg", "elevation_deg", "distance")
 
 @dataclass(frozen=True)
 class Axis:
-    """One named axis with its increasing sample coordinates; without any, the space has no samples."""
+    """One named axis with its increasing sample coordinates; without any, the space has no samples.
+
+    An axis is open, or closed: then it repeats after ``period``, and the last sample is the first one's neighbour.
+    """
 
     name: str
     values: tuple[float, ...]
+    period: float | None = None
 
     def __post_init__(self) -> None:
         if any(b <= a for a, b in zip(self.values, self.values[1:], strict=False)):
             raise RefletError(f"Axis {self.name} needs its coordinates in increasing order, not {self.values}.")
+        if self.period is not None and not (len(self.values) > 1 and self.period > self.values[-1] - self.values[0]):
+            raise RefletError(
+                f"Axis {self.name} repeats after {self.period:g}: it needs two coordinates or more within less than "
+                f"that, the first not said twice, not {self.values}."
+            )
+
+    def coordinate(self, point: Mapping[str, float]) -> float:
+        """A point's coordinate: on a closed axis from the first sample to less than a period on; of all equivalent
+        azimuths on an open one the closest to its range."""
+        x = float(point[self.name])
+        if self.period is not None:
+            return self.values[0] + (x - self.values[0]) % self.period
+        if self.name == "azimuth_deg":
+            x += 360.0 * round((0.5 * (self.values[0] + self.values[-1]) - x) / 360.0)
+        return x
+
+    def bracket(self, x: float) -> list[tuple[int, float]]:
+        """Numbers and positive weights, of sum 1, of the one or two samples about a `coordinate`; outside an open axis
+        its end."""
+        count = len(self.values)
+        values = np.array([*self.values, *([] if self.period is None else [self.values[0] + self.period])])
+        low = int(np.clip(np.searchsorted(values, x, side="right") - 1, 0, max(len(values) - 2, 0)))
+        high = min(low + 1, len(values) - 1)
+        step = values[high] - values[low]
+        t = float(np.clip((x - values[low]) / step, 0.0, 1.0)) if step > 0.0 else 0.0
+        return [(i % count, w) for i, w in ((low, 1.0 - t), (high, t)) if w > 0.0]
+
+    def closest(self, x: float) -> float:
+        """The `coordinate` in the sampled range that is the closest to x, which on a closed axis is x."""
+        if self.period is not None:
+            return x
+        return float(np.clip(x, self.values[0], self.values[-1]))
 
 
 @dataclass(frozen=True)
@@ -103,9 +139,7 @@ class ParameterSpace:
     def displacement_deg(self, point: Mapping[str, float]) -> float:
         """How far a point's camera stands from the sampled range: the distance between it and the camera of the
         closest point of the range, over that one's distance from the target, as an angle. Needs samples."""
-        closest = {
-            axis.name: float(np.clip(_coordinate(axis, point), axis.values[0], axis.values[-1])) for axis in self.axes
-        }
+        closest = {axis.name: axis.closest(axis.coordinate(point)) for axis in self.axes}
         here, there = self.orbit.camera(point), self.orbit.camera(closest)
         gap = np.linalg.norm(np.subtract(here.position, there.position))
         return float(np.degrees(gap / np.linalg.norm(np.subtract(there.position, self.orbit.target))))
@@ -113,36 +147,20 @@ class ParameterSpace:
     def blend_weights(self, point: Mapping[str, float]) -> dict[int, float]:
         """Multilinear weights of the samples around a point: at most 2^axes of them, all positive, their sum 1.
 
-        None where the space has no samples. Outside the grid the closest border is taken. Azimuths are compared modulo
-        360°: of all equivalent angles the one closest to the axis's range counts.
+        None where the space has no samples. Outside the grid the closest border is taken; closed axes have none.
         """
         if not self.sample_count:
             return {}
-        brackets: list[list[tuple[int, float]]] = []
-        for axis in self.axes:
-            values = np.asarray(axis.values)
-            x = _coordinate(axis, point)
-            low = int(np.clip(np.searchsorted(values, x, side="right") - 1, 0, max(len(values) - 2, 0)))
-            high = min(low + 1, len(values) - 1)
-            step = values[high] - values[low]
-            t = float(np.clip((x - values[low]) / step, 0.0, 1.0)) if step > 0.0 else 0.0
-            brackets.append([(i, w) for i, w in ((low, 1.0 - t), (high, t)) if w > 0.0])
+        brackets = [axis.bracket(axis.coordinate(point)) for axis in self.axes]
         return {
             int(np.ravel_multi_index([i for i, _ in corner], self.shape)): float(prod(w for _, w in corner))
             for corner in product(*brackets)
         }
 
 
-def _coordinate(axis: Axis, point: Mapping[str, float]) -> float:
-    """A point's coordinate on an axis; of all equivalent azimuths the one closest to the axis's range."""
-    x = float(point[axis.name])
-    if axis.name == "azimuth_deg":
-        x += 360.0 * round((0.5 * (axis.values[0] + axis.values[-1]) - x) / 360.0)
-    return x
-
-
 def orbit_space(orbit: Orbit, views: int, spacing_deg: float) -> ParameterSpace:
-    """``views`` viewpoints on a circle around the target, ``spacing_deg`` apart, the first at the orbit's azimuth.
+    """``views`` viewpoints on a circle around the target, ``spacing_deg`` apart, the first at the orbit's azimuth. The
+    circle is closed where the last of them is no farther than that from the first.
 
     Raises RefletError for less than no view, a spacing that is not positive, or more than one turn.
     """
@@ -152,4 +170,5 @@ def orbit_space(orbit: Orbit, views: int, spacing_deg: float) -> ParameterSpace:
             "spacing, and less than one turn in all."
         )
     values = tuple(orbit.azimuth_deg + i * spacing_deg for i in range(views))
-    return ParameterSpace((Axis("azimuth_deg", values),), orbit)
+    closed = views > 1 and views * spacing_deg >= 360.0 * (1.0 - 1e-9)
+    return ParameterSpace((Axis("azimuth_deg", values, 360.0 if closed else None),), orbit)
