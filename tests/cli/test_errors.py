@@ -82,6 +82,11 @@ def test_sizes_and_views_that_make_no_sense(
     assert "--views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "-1")
     assert "turn" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--views", "100", "--spacing", "10")
     assert "add --floor." in bake(capsys, scene_files[0], tmp_path / "out", *light, "--floor-height", "2")
+    assert "add --floor." in bake(capsys, scene_files[0], tmp_path / "out", *light, "--floor-roughness", "0")
+    assert "make it polished" in bake(
+        capsys, scene_files[0], tmp_path / "out", *light, "--floor", "--floor-roughness", "0.1"
+    )
+    assert "'matte', 'polished', 'shadow'" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--floor", "wet")
     assert "without --floor" in bake(capsys, "teapot-room", tmp_path / "out", "--floor")
     assert "--static, or --views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--static", "--views", "2")
 

@@ -14,6 +14,9 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
 from reflet.pem.layout import Codec
 from reflet.pem.pem import MOST_SHELLS
+from reflet.scene.floor import KINDS as KINDS_OF_FLOOR
+from reflet.scene.floor import Floor
+from reflet.scene.roughness import TRACED_ROUGHNESS
 
 
 @click.command(short_help="Bake a scene into a folder of environment maps.")
@@ -95,7 +98,14 @@ from reflet.pem.pem import MOST_SHELLS
     metavar="NAME",
     help="A part that reflects, or 'none-of NAME' one that does not; may be given repeatedly.",
 )
-@click.option("--floor", is_flag=True, help="Set SCENE on a floor that shows the environment and takes its shadow.")
+@click.option(
+    "--floor",
+    type=click.Choice(KINDS_OF_FLOOR),
+    is_flag=False,
+    flag_value="matte",
+    help="Set SCENE on a floor that shows the environment and takes its shadow; polished: that mirrors it, too; "
+    "shadow: of which nothing else is seen. --floor alone is matte.",
+)
 @click.option(
     "--floor-height",
     type=click.FloatRange(0, min_open=True),
@@ -105,6 +115,11 @@ from reflet.pem.pem import MOST_SHELLS
     "--floor-radius",
     type=click.FloatRange(0, min_open=True),
     help="Metres from SCENE's middle to the floor's rim; by default 10 heights.",
+)
+@click.option(
+    "--floor-roughness",
+    type=click.FloatRange(0, TRACED_ROUGHNESS),
+    help="Perceptual roughness of a polished floor.  [default: 0.1]",
 )
 @codec_option
 @variant_option
@@ -133,9 +148,10 @@ def bake(
     joint_spacing: float | None,
     local: str,
     reflect: tuple[str, ...],
-    floor: bool,
+    floor: str | None,
     floor_height: float | None,
     floor_radius: float | None,
+    floor_roughness: float | None,
     codec: Codec,
     variant: str,
     resume: bool,
@@ -154,6 +170,8 @@ def bake(
       reflet bake ball.glb --environment studio.hdr --out ball
       reflet bake ball.obj --up z --environment probe.exr --from angular --out ball
       reflet bake ball.glb --environment garden.hdr --floor --out ball
+      reflet bake ball.glb --environment garden.hdr --floor polished --out ball
+      reflet bake ball.glb --environment garden.hdr --floor shadow --out ball
       reflet bake shop.glb --reflect 'Vase*' --elevation 15 --out vase
       reflet bake shop.glb --static --out quick
       reflet bake shop.glb --distant box --local ellipsoid --views 24 --spacing 5 --out as-in-the-paper
@@ -162,8 +180,8 @@ def bake(
     """
     if static and (views or joint_spacing):
         raise RefletError("Static maps are inferred from no viewpoints: give --static, or --views and --joint-spacing.")
-    if not floor and (floor_height or floor_radius):
-        raise RefletError("The floor's sizes are given, but there is none; add --floor.")
+    if floor is None and any(given is not None for given in (floor_height, floor_radius, floor_roughness)):
+        raise RefletError("It is said what the floor is like, but there is none; add --floor.")
     with progress_bar() as progress:
         progress("read", 0, 3)  # also while modules are loaded
         from reflet.pem.reader import read_statistics
@@ -171,7 +189,6 @@ def bake(
         from reflet.pipelines.bake import default_views
         from reflet.pipelines.load import load_scene
         from reflet.report.distant_choice import base_choice, distant_choice
-        from reflet.scene.floor import Floor
         from reflet.scene.views.framing import frame_orbit
         from reflet.scene.views.parameter_space import orbit_space
 
@@ -182,7 +199,7 @@ def bake(
             source_is=source_is,
             layer=layer,
             up=up,
-            floor=Floor(floor_height, floor_radius) if floor else None,
+            floor=None if floor is None else Floor(floor_height, floor_radius, floor, floor_roughness),
             progress=progress,
         )
         orbit = frame_orbit(

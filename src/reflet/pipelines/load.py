@@ -37,16 +37,18 @@ def load_scene(
     ``source_is`` is its parameterization where it does not tell, ``layer`` that of an .exr. ``reflect`` names parts
     that reflect whatever their material (case does not count, ``*`` matches anything). ``up`` is the axis of the scene
     that points up, "y" or "z": +z becomes +y, and +y becomes -z, of a Mitsuba file's own environment too; by default y,
-    or what a Mitsuba camera says. ``floor`` sets the scene on one that shows its environment. ``progress`` hears of the
-    three steps of reading: the environment, the file, and what is made of it. Raises RefletError for anything that
-    cannot be read or baked.
+    or what a Mitsuba camera says. ``floor`` sets the scene on one that shows its environment, mirrors it too, or shows
+    its shadow alone. ``progress`` hears of the three steps of reading: the environment, the file, and what is made of
+    it. Raises RefletError for anything that cannot be read or baked.
     """
     progress("read", 0, 3)
     if floor is not None and str(source) == BUILT_IN:
         raise RefletError(f"The built-in {BUILT_IN} stands on a floor of its own; give its name without --floor.")
     scene = _load(source, environment, reflect, source_is, layer, up, progress)
     if floor is not None:
-        scene = with_floor(scene, floor)
+        from reflet.trace.light.floor_shadow import floor_shadow
+
+        scene = with_floor(scene, floor, floor_shadow)
     progress("read", 3, 3)
     return scene
 

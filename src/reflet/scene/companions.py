@@ -12,7 +12,8 @@ GROWTH = 1.0  # on every side, in units of the object's largest side
 
 def companions(scene: Scene) -> tuple[int, ...]:
     """Indices of the parts that do not reflect and lie, whole, within some object's bounding box, grown on every side
-    by its largest side: the rest of its model, but neither the room around it nor the table beneath.
+    by its largest side: the rest of its model, but neither the room around it nor the table beneath. And the scene's
+    own floor, which begins where the model ends.
 
     An env map shows from one point what is so near, so mirrored rays meet these parts' own meshes.
     """
@@ -22,11 +23,14 @@ def companions(scene: Scene) -> tuple[int, ...]:
     low = np.array([scene.parts[number].mesh.positions.min(axis=0) for number in others])
     high = np.array([scene.parts[number].mesh.positions.max(axis=0) for number in others])
     near = np.zeros(len(others), bool)
-    for index in range(len(scene.objects)):
+    for index, item in enumerate(scene.objects):
+        if scene.floor in item.parts:
+            continue
         positions = object_positions(scene, index)
         lower, upper = positions.min(axis=0), positions.max(axis=0)
         margin = GROWTH * float((upper - lower).max())
         near |= (low >= lower - margin).all(axis=1) & (high <= upper + margin).all(axis=1)
+    near |= np.array(others) == scene.floor
     return tuple(number for number, is_near in zip(others, near.tolist(), strict=True) if is_near)
 
 

@@ -25,13 +25,15 @@ def frame_orbit(
     fov_deg: float | None = None,
     image_size: int = 512,
 ) -> Orbit:
-    """An orbit around all reflective objects. What is not given is chosen; what is given is kept.
+    """An orbit around all reflective objects but the scene's own floor. What is not given is chosen; what is given is
+    kept.
 
     The target is the centre of their bounding box. The distance is such that the sphere around the target that holds
     them just fits the picture, and less where something opaque would stand between camera and objects at any azimuth:
     the walls of a room.
     """
-    positions = np.concatenate([object_positions(scene, o) for o in range(len(scene.objects))])
+    framed = [o for o, item in enumerate(scene.objects) if scene.floor not in item.parts]
+    positions = np.concatenate([object_positions(scene, o) for o in framed])
     centre, _ = bounding_sphere(positions)
     aim = centre if target is None else np.asarray(target, np.float64)
     radius = float(np.linalg.norm(positions - aim, axis=1).max())
@@ -58,8 +60,8 @@ def _free_way(scene: Scene, aim: Float[np.ndarray, "3"], radius: float, elevatio
     flat, rise = np.cos(theta), np.full_like(phi, np.sin(theta))
     ways = np.stack([np.cos(phi) * flat, rise, -np.sin(phi) * flat], axis=1)
     nearest = np.full(len(ways), np.inf)
-    for part in scene.parts:
-        if not part.reflective:
+    for number, part in enumerate(scene.parts):
+        if not part.reflective or number == scene.floor:
             _first_hits(aim + radius * ways, ways, part.mesh.positions, part.mesh.triangles, nearest)
     return float(nearest.min()) + radius
 

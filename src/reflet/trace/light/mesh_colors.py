@@ -173,8 +173,8 @@ def _ruler(corners: Float[np.ndarray, "triangles 3 3"], scene: Scene) -> Float[n
     diagonal; 1 where nothing reflects."""
     reflective = [
         part.mesh.positions[part.mesh.triangles]
-        for part, o in zip(scene.parts, scene.object_of_part, strict=True)
-        if o >= 0
+        for number, part in enumerate(scene.parts)
+        if part.reflective and number != scene.floor
     ]
     if not reflective:
         return np.ones(len(corners))
