@@ -16,8 +16,11 @@ METAL = Material("metal", (1.0, 1.0, 1.0), 1.0, 0.5)
 GLOW = Material("glow", (0.0, 0.0, 0.0), 1.0, 0.5, emission=(3.0, 2.0, 1.0))
 
 
+SITES = 300  # about: enough for what is asked here of each, and of their means
+
+
 def traced(what: Scene, parts: tuple[int, ...] = (0,), spp: int = 32) -> TracedSurface:
-    return Tracer(what, irradiance=no_irradiance(what)).surface(parts, spp=spp)
+    return Tracer(what, irradiance=no_irradiance(what)).surface(parts, spp=spp, budget=SITES)
 
 
 def test_a_convex_body_sees_the_sky_alone() -> None:

@@ -1,11 +1,13 @@
 """Puts WGSL programs together: a line ``#import name`` stands for the text of ``name.wgsl``, each file once."""
 
 import re
+from functools import cache
 from importlib.resources import files
 
 _IMPORT = re.compile(r"^#import ([a-z_]+)\n", re.MULTILINE)
 
 
+@cache
 def link(program: str) -> str:
     """The complete WGSL text of a program file, such as ``"picture.wgsl"``."""
     return link_text(_read(program))

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -204,6 +205,7 @@ def part_bits(part: Part) -> int:
     return bits | METAL * (part.material.metallic == 1.0 and not bits & METALLIC_ROUGHNESS_TEXTURE)
 
 
+@cache
 def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
     """Bind group 0."""
     both = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT
@@ -227,6 +229,7 @@ def frame_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
     )
 
 
+@cache
 def part_layout(device: wgpu.GPUDevice) -> wgpu.GPUBindGroupLayout:
     """Bind group 1."""
     fragment = wgpu.ShaderStage.FRAGMENT

@@ -1,12 +1,13 @@
 """Render passes: pipelines and the textures they draw into."""
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 import wgpu
 
-from reflet.render.playback.layouts import HOLES, SWITCHES
+from reflet.render.playback.layouts import HOLES, SWITCHES, frame_layout, part_layout
 from reflet.render.playback.scene_buffers import Draw
 from reflet.render.playback.sums import Sums
 from reflet.render.playback.target import Target
@@ -15,19 +16,14 @@ from reflet.shaders.link import link
 Cull = Literal["none", "front", "back"]
 
 _NUMBERS = {"probe_triangle": "r32uint", "probe_hits": "rgba32uint"}  # what entry points draw that are no colours
+_MOST_PIPELINES = 256  # kept: a driver may hold a megabyte of code for each
 
 
 class Passes:
     """Draws parts and backdrop, reads pictures back."""
 
-    def __init__(
-        self, device: wgpu.GPUDevice, frame_layout: wgpu.GPUBindGroupLayout, part_layout: wgpu.GPUBindGroupLayout
-    ) -> None:
+    def __init__(self, device: wgpu.GPUDevice) -> None:
         self._device = device
-        self._scene_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout, part_layout])
-        self._backdrop_layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout])
-        self._modules: dict[str, wgpu.GPUShaderModule] = {}
-        self._pipelines: dict[tuple, wgpu.GPURenderPipeline] = {}
         self.sums = Sums(device)
 
     def draw(
@@ -114,40 +110,51 @@ class Passes:
 
     def _pipeline(self, program: str, entry_point: str, cull: Cull, **constants: float) -> wgpu.GPURenderPipeline:
         """A pipeline built for constants that the program leaves open; made when first asked for."""
-        key = program, entry_point, cull, *constants.items()
-        if key not in self._pipelines:
-            module = self._module(program)
-            backdrop, multi = program == "backdrop.wgsl", _is_multi(entry_point)
-            vertex = "multi" if multi else "single"
-            if backdrop:
-                vertex = "backdrop"
-            elif entry_point.endswith("_back"):
-                vertex += "_place"
-            elif entry_point.endswith("_fast"):
-                vertex += "_fast"
-            self._pipelines[key] = self._device.create_render_pipeline(
-                layout=self._backdrop_layout if backdrop else self._scene_layout,
-                vertex={"module": module, "entry_point": f"vertex_{vertex}", "constants": constants},
-                primitive={"topology": "triangle-list", "cull_mode": cull},
-                depth_stencil={
-                    "format": "depth32float",
-                    "depth_write_enabled": not backdrop,
-                    "depth_compare": "greater-equal" if backdrop else "greater",
-                },
-                multisample={"count": 4 if multi else 1},
-                fragment={
-                    "module": module,
-                    "entry_point": entry_point,
-                    "constants": constants,
-                    "targets": [{"format": _format(entry_point)}],
-                },
-            )
-        return self._pipelines[key]
+        return _compiled(self._device, link(program), program, entry_point, cull, tuple(constants.items()))
 
-    def _module(self, program: str) -> wgpu.GPUShaderModule:
-        if program not in self._modules:
-            self._modules[program] = self._device.create_shader_module(code=link(program))
-        return self._modules[program]
+
+@lru_cache(_MOST_PIPELINES)
+def _compiled(
+    device: wgpu.GPUDevice,
+    text: str,
+    program: str,
+    entry_point: str,
+    cull: Cull,
+    constants: tuple[tuple[str, float], ...],
+) -> wgpu.GPURenderPipeline:
+    """Once for all renderers of a device: to compile one takes longer than most pictures."""
+    module = _module(device, text)
+    backdrop, multi = program == "backdrop.wgsl", _is_multi(entry_point)
+    vertex = "multi" if multi else "single"
+    if backdrop:
+        vertex = "backdrop"
+    elif entry_point.endswith("_back"):
+        vertex += "_place"
+    elif entry_point.endswith("_fast"):
+        vertex += "_fast"
+    groups = [frame_layout(device)] if backdrop else [frame_layout(device), part_layout(device)]
+    return device.create_render_pipeline(
+        layout=device.create_pipeline_layout(bind_group_layouts=groups),
+        vertex={"module": module, "entry_point": f"vertex_{vertex}", "constants": dict(constants)},
+        primitive={"topology": "triangle-list", "cull_mode": cull},
+        depth_stencil={
+            "format": "depth32float",
+            "depth_write_enabled": not backdrop,
+            "depth_compare": "greater-equal" if backdrop else "greater",
+        },
+        multisample={"count": 4 if multi else 1},
+        fragment={
+            "module": module,
+            "entry_point": entry_point,
+            "constants": dict(constants),
+            "targets": [{"format": _format(entry_point)}],
+        },
+    )
+
+
+@lru_cache(_MOST_PIPELINES)
+def _module(device: wgpu.GPUDevice, text: str) -> wgpu.GPUShaderModule:
+    return device.create_shader_module(code=text)
 
 
 def _is_multi(entry_point: str) -> bool:

@@ -16,9 +16,7 @@ from reflet.render.playback.layouts import (
     Blended,
     Shown,
     base_state,
-    frame_layout,
     frame_uniform,
-    part_layout,
     switch_bits,
 )
 from reflet.render.playback.passes import Passes
@@ -48,9 +46,8 @@ class Renderer:
         self.pem = pem
         self.stacks = stacks_of(pem.layers)
         self.device = device or shared_device()
-        layouts = frame_layout(self.device), part_layout(self.device)
-        self._buffers = SceneBuffers(self.device, pem, self.stacks, *layouts)
-        self._passes = Passes(self.device, *layouts)
+        self._buffers = SceneBuffers(self.device, pem, self.stacks)
+        self._passes = Passes(self.device)
         self._maps = ResidentMaps(self.device, pem, self.stacks, map_memory)
         self._part_groups = self._buffers.part_groups(self._maps.arrays)
         self._target: Target | None = None

@@ -32,6 +32,8 @@ from reflet.render.playback.layouts import (
     REFRACTIVE,
     TRIANGLE_ON_HULL,
     coat_pictures_of,
+    frame_layout,
+    part_layout,
     part_uniform,
 )
 from reflet.render.playback.picture_atlas import picture_atlas
@@ -73,10 +75,8 @@ class SceneBuffers:
         device: wgpu.GPUDevice,
         pem: ParameterizedEnvironmentMap,
         stacks: Sequence[Stack],
-        frame_layout: wgpu.GPUBindGroupLayout,
-        part_layout: wgpu.GPUBindGroupLayout,
     ) -> None:
-        self._device, self._pem, self._part_layout = device, pem, part_layout
+        self._device, self._pem = device, pem
         self._stacks = stacks
         # parts may be thousands
         self._stack_of_part: dict[tuple[int, str], int] = {
@@ -104,7 +104,7 @@ class SceneBuffers:
         *met, pictures, self._hit_bits = self._what_rays_meet(drawn_number)
         environment = upload_picture(device, _environment(scene), "rgba16float", mip_mapped=True)
         self.frame_group = device.create_bind_group(
-            layout=frame_layout,
+            layout=frame_layout(device),
             entries=[
                 {"binding": 0, "resource": {"buffer": self.frame_uniform}},
                 *({"binding": 1 + i, "resource": {"buffer": self._storage(b)}} for i, b in enumerate(buffers)),
@@ -154,7 +154,7 @@ class SceneBuffers:
                 (self._no_coat if (coat := self._coats[i]) is None else coat[0]).create_view(dimension="2d-array"),
             ]
             entries = [{"binding": k, "resource": resource} for k, resource in enumerate(resources)]
-            groups.append(self._device.create_bind_group(layout=self._part_layout, entries=entries))
+            groups.append(self._device.create_bind_group(layout=part_layout(self._device), entries=entries))
         return groups
 
     def _what_rays_meet(
