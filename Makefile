@@ -14,7 +14,7 @@ demo: .venv/.ready $(VIEWER)
 	$(PY) examples/demo.py out
 
 test: lint .venv/.browser $(VIEWER)
-	$(PY) -m pytest -n 2 --dist loadfile -m "not slow"
+	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not slow"
 
 slow: .venv/.browser $(VIEWER)
 	$(PY) -m pytest -n 2 --dist load -m slow

@@ -90,7 +90,7 @@ def ring_pem(
 def test_measured_and_analytic_matrix_agree(name: str) -> None:
     pem = ring_pem(PARAMETERIZATIONS[name])
     found = verify(pem)
-    assert found.agrees
+    assert found.agrees and found.bounces is None and found.surface is None  # there are none
     # Directions and their neighbours are float32: 1e-7 of 64 texels, four times that for quarter-pixel steps.
     assert found.max_difference < 3e-5
     assert found.compared_share > 0.99
@@ -197,7 +197,7 @@ def test_bounces_are_verified() -> None:
     found = verify(traced_pem())
     assert found.bounces is not None and found.bounces.agrees and found.agrees
     assert found.bounces.rays > 500 and "meet the ray tracer's triangles" in str(found)
-    assert verify(ring_pem(PARAMETERIZATIONS["cube"])).bounces is None
+    assert found.surface is None
 
 
 def test_rays_of_what_is_nearly_smooth_are_verified() -> None:
@@ -211,7 +211,11 @@ def test_rays_of_what_is_nearly_smooth_are_verified() -> None:
     ("change", "what"),
     [
         (lambda text: text.replace("OFFSET = 1e-5", "OFFSET = 2e-2"), "equal_share"),
-        (lambda text: text.replace("exp(-hit.t * leaving.medium)", "exp(-0.9 * hit.t * leaving.medium)"), "difference"),
+        pytest.param(  # a driver in software compiles it for long; colours are compared in light on surfaces too
+            lambda text: text.replace("exp(-hit.t * leaving.medium)", "exp(-0.9 * hit.t * leaving.medium)"),
+            "difference",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["rays that start elsewhere", "glass is clearer"],
 )  # fmt: skip
@@ -236,7 +240,6 @@ def test_light_on_surfaces_is_verified() -> None:
     found = verify(rough_pem())
     assert found.surface is not None and found.surface.agrees and found.agrees
     assert found.surface.pixels > 1000 and "pixels of rough surfaces" in str(found)
-    assert verify(traced_pem()).surface is None
 
 
 @pytest.mark.parametrize(
