@@ -88,6 +88,11 @@ def test_sizes_and_views_that_make_no_sense(
     )
     assert "'matte', 'polished', 'shadow'" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--floor", "wet")
     assert "without --floor" in bake(capsys, "teapot-room", tmp_path / "out", "--floor")
+    twice = ("--axis", "distance=1:2:2", "--axis", "distance=2:3:2")
+    assert "given once; they are distance, distance" in bake(capsys, scene_files[0], tmp_path / "out", *light, *twice)
+    assert "no axis 'light'" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--axis", "light=0:1:2")
+    both = ("--axis", "azimuth_deg=0:9:2", "--views", "3")
+    assert "given twice" in bake(capsys, scene_files[0], tmp_path / "out", *light, *both)
     assert "--static, or --views" in bake(capsys, scene_files[0], tmp_path / "out", *light, "--static", "--views", "2")
 
 

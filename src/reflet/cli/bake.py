@@ -41,6 +41,14 @@ from reflet.scene.roughness import TRACED_ROUGHNESS
     show_default=True,
     help="Degrees of azimuth from one viewpoint to the next.",
 )
+@click.option(
+    "--axis",
+    "axes",
+    metavar="NAME=FROM:TO:COUNT",
+    multiple=True,
+    help="Viewpoints on a grid, instead of --views: COUNT of azimuth_deg, elevation_deg or distance; repeat for "
+    "several axes. A whole turn of azimuths is closed: its end is its beginning.",
+)
 @click.option("--azimuth", type=float, help="Azimuth of the first viewpoint in degrees; 0 looks from +x, 90 from -z.")
 @click.option("--elevation", type=click.FloatRange(-90, 90), help="Height of the viewpoints in degrees.")
 @click.option("--distance", type=float, help="Metres from the target to the camera.")
@@ -133,6 +141,7 @@ def bake(
     up: str | None,
     views: int | None,
     spacing: float,
+    axes: tuple[str, ...],
     azimuth: float | None,
     elevation: float | None,
     distance: float | None,
@@ -177,9 +186,14 @@ def bake(
       reflet bake shop.glb --distant box --local ellipsoid --views 24 --spacing 5 --out as-in-the-paper
       reflet bake ball.glb --parameterization octahedral --em-size 512 --out ball
       reflet bake shop.glb --views 24 --spacing 5 --out shop --resume
+      reflet bake shop.glb --axis azimuth_deg=0:360:12 --axis elevation_deg=0:60:3 --out dome
     """
-    if static and (views or joint_spacing):
-        raise RefletError("Static maps are inferred from no viewpoints: give --static, or --views and --joint-spacing.")
+    if static and (views or axes or joint_spacing):
+        raise RefletError(
+            "Static maps are inferred from no viewpoints: give --static, or --views, --axis and --joint-spacing."
+        )
+    if axes and views is not None:
+        raise RefletError("Viewpoints are given twice: give --views and --spacing, or --axis.")
     if floor is None and any(given is not None for given in (floor_height, floor_radius, floor_roughness)):
         raise RefletError("It is said what the floor is like, but there is none; add --floor.")
     with progress_bar() as progress:
@@ -189,9 +203,11 @@ def bake(
         from reflet.pipelines.bake import default_views
         from reflet.pipelines.load import load_scene
         from reflet.report.distant_choice import base_choice, distant_choice
+        from reflet.scene.views.axes import axis_from_text
         from reflet.scene.views.framing import frame_orbit
-        from reflet.scene.views.parameter_space import orbit_space
+        from reflet.scene.views.parameter_space import ParameterSpace, orbit_space
 
+        asked = tuple(axis_from_text(axis) for axis in axes)
         loaded = load_scene(
             scene,
             environment=environment,
@@ -211,10 +227,11 @@ def bake(
             fov_deg=fov,
             image_size=image_size,
         )
+        space = orbit_space(orbit, default_views(local) if views is None else views, spacing)
         bake_scene(
             loaded,
             out,
-            orbit_space(orbit, default_views(local) if views is None else views, spacing),
+            ParameterSpace(asked, orbit) if asked else space,
             parameterization=parameterization,
             em_size=em_size,
             spp=spp,

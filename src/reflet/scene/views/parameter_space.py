@@ -112,6 +112,11 @@ class ParameterSpace:
     axes: tuple[Axis, ...]
     orbit: Orbit
 
+    def __post_init__(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if len(set(names)) < len(names):
+            raise RefletError(f"Each axis can be given once; they are {', '.join(names)}.")
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of samples along each axis."""
