@@ -1,6 +1,6 @@
 """The shadow of a model on the ground, under an environment: how much of its light each place lacks.
 
-Light of the environment is stood for by the same few hundred directions at every place, drawn by its luminance and the
+Light of the environment is stood for by the same thousand directions at every place, drawn by its luminance and the
 cosine, so that the shadow is as smooth as the light is even, without noise. It is found on a coarse grid first, and
 finely where that is not even.
 """
@@ -20,7 +20,7 @@ from reflet.trace.light.holes import blocked
 from reflet.trace.sampling import LANES
 from reflet.trace.variant import use_variant
 
-DIRECTIONS = 256
+DIRECTIONS = 1024
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
 COARSE = 4  # texels of the fine grid along a coarse one's
 EVEN = 1.0 / 255.0  # less is no change
