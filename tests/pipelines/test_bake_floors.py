@@ -82,4 +82,4 @@ def test_of_a_shadow_nothing_else_is_seen(tmp_path: Path, monkeypatch: pytest.Mo
     assert np.abs(seen - expected)[dark].mean() < 0.025  # 64 samples a pixel, each of the environment or black
     # the same, by pixels of 5 % of the ball, and texels of 3 %
     np.testing.assert_allclose(seen[dark].mean(), expected[dark].mean(), atol=0.006)
-    np.testing.assert_allclose(seen[:2].mean(), 0.5, rtol=0.01)
+    np.testing.assert_allclose(seen[:2, [0, 1, -2, -1]], 0.5, rtol=0.01)
