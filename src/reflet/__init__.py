@@ -14,7 +14,7 @@ _PUBLIC = {
     "EnvImage": "reflet.envmap.env_image",
     "EnvMap": "reflet.envmap.env_map",
     "EnvironmentCapture": "reflet.render.capture.capture",
-    "Floor": "reflet.scene.floor",
+    "Floor": "reflet.scene.floor_kinds",
     "LiveEnvironment": "reflet.render.filters.live_environment",
     "MaterialRenderer": "reflet.render.materials.material_renderer",
     "Orbit": "reflet.scene.views.parameter_space",

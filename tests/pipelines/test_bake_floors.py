@@ -8,7 +8,8 @@ import pytest
 import reflet
 from reflet.scene import floor as floors
 from reflet.scene.assemble import assemble
-from reflet.scene.floor import Floor, with_floor
+from reflet.scene.floor import with_floor
+from reflet.scene.floor_kinds import RADIUS, Floor
 from reflet.scene.material import COAT_F0, EnvironmentLight, Material
 from reflet.scene.meshes.primitives import sphere_mesh
 from reflet.scene.scene import Part, Scene
@@ -60,7 +61,7 @@ def test_a_polished_floor_shows_the_sky_over_the_ground(tmp_path: Path) -> None:
     seen = picture(scene, tmp_path / "pem", views=1)[..., :3]
     assert np.isfinite(seen).all()
     away, cosine = on_the_ground(scene)
-    none, last = floors.FADE * floors.RADIUS * np.sqrt(3.0), np.sqrt(0.5)  # of a box of 1 m a side
+    none, last = floors.FADE * RADIUS * np.sqrt(3.0), np.sqrt(0.5)  # of a box of 1 m a side
     share = np.clip((none - away) / (none - last), 0.0, 1.0)
     f = share * share * (3.0 - 2.0 * share) * (COAT_F0 + (1.0 - COAT_F0) * (1.0 - cosine) ** 5)
     far = beside_the_ball() & (np.mgrid[:SIZE, :SIZE][0] < 6)  # of whose sky the ball hides less than 1 %

@@ -10,7 +10,8 @@ import pytest
 from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.errors import RefletError
 from reflet.scene.assemble import assemble
-from reflet.scene.floor import BELOW, FADE, Floor, irradiance_over_pi, with_floor
+from reflet.scene.floor import BELOW, FADE, irradiance_over_pi, with_floor
+from reflet.scene.floor_kinds import Floor
 from reflet.scene.material import EnvironmentLight, Material
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh

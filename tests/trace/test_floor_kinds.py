@@ -11,7 +11,8 @@ from reflet.errors import RefletError
 from reflet.scene import floor as floors
 from reflet.scene.assemble import assemble
 from reflet.scene.companions import companions
-from reflet.scene.floor import Floor, with_floor
+from reflet.scene.floor import with_floor
+from reflet.scene.floor_kinds import RADIUS, Floor
 from reflet.scene.material import COAT_F0, EnvironmentLight, Material, Refraction
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh
@@ -140,7 +141,7 @@ def test_a_polished_floor_mirrors_what_stands_on_it() -> None:
     light = np.asarray(coat_light(device, surface, [mi.Float(0.3)] * 5, mi.Bool(True))).T
     fresnel = COAT_F0 + (1.0 - COAT_F0) * (1.0 + ways[:, 1]) ** 5
     away = np.linalg.norm(np.asarray(surface.position).T[:, ::2] - (1.0, -3.0), axis=-1)
-    none, last = floors.FADE * floors.RADIUS * np.sqrt(3.0), np.sqrt(0.5)  # of a box of 1 m a side
+    none, last = floors.FADE * RADIUS * np.sqrt(3.0), np.sqrt(0.5)  # of a box of 1 m a side
     share = np.clip((none - away) / (none - last), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     assert share[0] > 0.99 and share[1] > 0.9 and share[2] < 0.2

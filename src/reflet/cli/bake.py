@@ -14,8 +14,8 @@ from reflet.envmap.rotations import SOURCE_FROM_UPRIGHT
 from reflet.errors import RefletError
 from reflet.pem.layout import Codec
 from reflet.pem.pem import MOST_SHELLS
-from reflet.scene.floor import KINDS as KINDS_OF_FLOOR
-from reflet.scene.floor import Floor
+from reflet.scene.floor_kinds import KINDS as KINDS_OF_FLOOR
+from reflet.scene.floor_kinds import Floor
 from reflet.scene.roughness import TRACED_ROUGHNESS
 
 

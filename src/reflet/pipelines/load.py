@@ -10,7 +10,8 @@ from reflet.files.environment import read_environment
 from reflet.files.unreadable import check_is_file
 from reflet.progress import ProgressCallback, silent
 from reflet.scene.assemble import assemble
-from reflet.scene.floor import Floor, with_floor
+from reflet.scene.floor import with_floor
+from reflet.scene.floor_kinds import Floor
 from reflet.scene.material import EnvironmentLight
 from reflet.scene.readers.gltf.read import GltfScene, read_gltf_scene
 from reflet.scene.readers.obj.read import read_obj

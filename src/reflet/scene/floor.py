@@ -26,18 +26,15 @@ from reflet.envmap.parameterizations.latlong import LatLong
 from reflet.errors import RefletError
 from reflet.files.pictures.png import decode_picture
 from reflet.files.srgb import srgb_from_linear
+from reflet.scene.floor_kinds import KINDS, RADIUS, ROUGHNESS, Floor
 from reflet.scene.material import CLAMPS, EnvironmentLight, Material, Texture
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.roughness import TRACED_ROUGHNESS
 from reflet.scene.scene import Part, ReflectiveObject, Scene
 
-KINDS = ("matte", "polished", "shadow")
-
 MOST_ALBEDO = 0.8  # of fresh snow
-RADIUS = 10.0  # times the height: at the rim the ground is seen 6° below the horizon
 FADE = 0.5  # of the radius: from here on it is blended with what is behind
 BELOW = 1e-4  # of the model's size: how far below the model the floor lies, so that no two surfaces are one
-ROUGHNESS = 0.1  # of polished stone
 RINGS, FADING_RINGS, SECTORS = 40, 8, 96
 MOST_ROWS = 1024  # of the environment and of its picture on the floor
 SHADOW_SIZE = 1024  # texels along an edge: 0.3 % of the height each in the middle
@@ -47,18 +44,6 @@ _QUALITY = 92  # of JPEG
 Shade = Callable[
     [Scene, Float[np.ndarray, "rows columns 3"], Bool[np.ndarray, "size size"]], Float32[np.ndarray, "size size"]
 ]
-
-
-@dataclass(frozen=True)
-class Floor:
-    """``height`` in metres from which the environment was photographed, by default the diagonal of the box around the
-    model; ``radius`` in metres of the floor, by default `RADIUS` heights; ``kind`` one of `KINDS`. ``roughness`` is the
-    perceptual one of a polished floor, by default `ROUGHNESS`."""
-
-    height: float | None = None
-    radius: float | None = None
-    kind: str = "matte"
-    roughness: float | None = None
 
 
 @dataclass(frozen=True)
