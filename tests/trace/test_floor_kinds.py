@@ -16,7 +16,8 @@ from reflet.scene.floor_kinds import RADIUS, Floor
 from reflet.scene.material import COAT_F0, EnvironmentLight, Material, Refraction
 from reflet.scene.meshes.mesh import Mesh
 from reflet.scene.meshes.primitives import sphere_mesh
-from reflet.scene.scene import Part, Scene
+from reflet.scene.scene import Part, ReflectiveObject, Scene
+from reflet.scene.surface_mean import coat_mean
 from reflet.scene.views.framing import frame_orbit
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.floor_shadow import COARSE, floor_shadow
@@ -121,14 +122,15 @@ def test_a_polished_floor_mirrors_what_stands_on_it() -> None:
     stone = Part("stone", sphere_mesh(0.05, (1.0, 2.05, -3.0), 8), GREY)
     plain = assemble([ball, stone], environment=EVEN)
     scene = with_floor(plain, Floor(kind="polished", roughness=0.0))
-    part, number = scene.parts[-1], len(plain.parts)
-    assert part.reflective and scene.objects == (
-        *plain.objects,
-        replace(plain.objects[0], name="floor", parts=(number,)),
-    )
+    rings = tuple(range(len(plain.parts), len(scene.parts)))
+    assert all(scene.parts[ring].reflective for ring in rings) and scene.floor == rings
+    assert scene.objects == (*plain.objects, ReflectiveObject("floor", rings))
+    means = [coat_mean(scene.parts[ring])[0] for ring in rings]  # what mirrored rays take for the coat's share
+    assert len(means) == floors.COAT_STEPS + 1 and means[0] > 0.9 and means[-1] < 1e-5
+    assert (np.abs(np.diff(means[:-1]) + 0.17) < 0.03).all()
     assert frame_orbit(scene) == frame_orbit(plain)
     eye = np.array([4.0, 3.5, -3.0])
-    level = float(part.mesh.positions[0, 1])
+    level = float(scene.parts[-1].mesh.positions[0, 1])
     image = np.array([1.0, 2.0 * level - 2.5, -3.0])  # of the ball's middle
     beside = image + (0.0, 0.0, 2.0)
     outside = np.array([-6.0, level, -3.0])
@@ -137,7 +139,7 @@ def test_a_polished_floor_mirrors_what_stands_on_it() -> None:
     direction = mi.Vector3f(*(mi.Float(np.ascontiguousarray(axis)) for axis in ways.T))
     hit = device.all.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*eye.tolist()), direction))
     surface = surface_at(device, mi.UInt32(hit.prim_index), mi.Point2f(hit.prim_uv), direction, hit.is_valid())
-    assert (np.asarray(surface.part) == number).all()
+    assert np.isin(np.asarray(surface.part), rings).all()
     light = np.asarray(coat_light(device, surface, [mi.Float(0.3)] * 5, mi.Bool(True))).T
     fresnel = COAT_F0 + (1.0 - COAT_F0) * (1.0 + ways[:, 1]) ** 5
     away = np.linalg.norm(np.asarray(surface.position).T[:, ::2] - (1.0, -3.0), axis=-1)

@@ -24,13 +24,13 @@ def companions(scene: Scene) -> tuple[int, ...]:
     high = np.array([scene.parts[number].mesh.positions.max(axis=0) for number in others])
     near = np.zeros(len(others), bool)
     for index, item in enumerate(scene.objects):
-        if scene.floor in item.parts:
+        if set(scene.floor) & set(item.parts):
             continue
         positions = object_positions(scene, index)
         lower, upper = positions.min(axis=0), positions.max(axis=0)
         margin = GROWTH * float((upper - lower).max())
         near |= (low >= lower - margin).all(axis=1) & (high <= upper + margin).all(axis=1)
-    near |= np.array(others) == scene.floor
+    near |= np.isin(others, scene.floor)
     return tuple(number for number, is_near in zip(others, near.tolist(), strict=True) if is_near)
 
 

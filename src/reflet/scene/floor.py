@@ -39,6 +39,7 @@ RINGS, FADING_RINGS, SECTORS = 40, 8, 96
 MOST_ROWS = 1024  # of the environment and of its picture on the floor
 SHADOW_SIZE = 1024  # texels along an edge: 0.3 % of the height each in the middle
 COAT_SIZE = 256
+COAT_STEPS = 6
 _QUALITY = 92  # of JPEG
 
 Shade = Callable[
@@ -78,21 +79,28 @@ def with_floor(scene: Scene, floor: Floor, shade: Shade | None = None) -> Scene:
         raise RefletError("A floor shows the environment, and there is none; add --environment FILE.")
     disc = _placed(scene, floor)
     _check(floor)
-    name, taken = "floor", {part.name.lower() for part in scene.parts}
-    while name in taken:
-        name += "_2"
     if floor.kind == "shadow":
         if shade is None:
             raise ValueError("a shadow is traced")
         material = _shadow(scene, disc, shade)
     else:
         material = _ground(scene.environment, disc)
-    objects, number = scene.objects, len(scene.parts)
-    if floor.kind == "polished":
+    meshes, objects, polished = [_mesh(disc)], scene.objects, floor.kind == "polished"
+    if polished:
         material = _polished(material, disc, ROUGHNESS if floor.roughness is None else floor.roughness)
-        objects = (*objects, ReflectiveObject(name, (number,)))
-    part = Part(name, _mesh(disc), replace(material, name=name), floor.kind == "polished")
-    return replace(scene, parts=(*scene.parts, part), objects=objects, floor=number)
+        meshes = _rings(meshes[0], disc)
+    names, taken = [], {part.name.lower() for part in scene.parts}
+    for number in range(len(meshes)):
+        name = "floor" if number == 0 else f"floor_ring_{number}"
+        while name in taken:
+            name += "_2"
+        names.append(name)
+    material = replace(material, name=names[0])
+    parts = [Part(name, mesh, material, polished) for name, mesh in zip(names, meshes, strict=True)]
+    numbers = tuple(range(len(scene.parts), len(scene.parts) + len(parts)))
+    if polished:
+        objects = (*objects, ReflectiveObject(names[0], numbers))
+    return replace(scene, parts=(*scene.parts, *parts), objects=objects, floor=numbers)
 
 
 def _check(floor: Floor) -> None:
@@ -158,6 +166,20 @@ def _mesh(disc: _Disc) -> Mesh:
         uv=uv.astype(np.float32),
         colors=colors.astype(np.float32),
     )
+
+
+def _rings(mesh: Mesh, disc: _Disc) -> list[Mesh]:
+    """The disc cut where its coat's share passes steps: what rays meet on their ways has a coat of one share, the mean
+    over its part."""
+    middles = mesh.positions[mesh.triangles].mean(axis=1, dtype=np.float64) - disc.middle
+    share = _falling(np.hypot(middles[:, 0], middles[:, 2]), disc.reach, FADE * disc.radius)
+    step = np.ceil(COAT_STEPS * share)
+    rings = []
+    for each in np.unique(step)[::-1]:
+        used, triangles = np.unique(mesh.triangles[step == each], return_inverse=True)
+        triangles = triangles.reshape(-1, 3).astype(np.uint32)
+        rings.append(mesh.picked(used, triangles))
+    return rings
 
 
 def _falling(distance: Float[np.ndarray, "*batch"], last: float, none: float) -> Float64[np.ndarray, "*batch"]:

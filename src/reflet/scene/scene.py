@@ -48,14 +48,14 @@ class ReflectiveObject:
 
 @dataclass(frozen=True)
 class Scene:
-    """All parts in world space. Triangles are numbered through all parts, in the parts' order. ``floor`` is the index
-    of one that was put beneath the others (`reflet.scene.floor`)."""
+    """All parts in world space. Triangles are numbered through all parts, in the parts' order. ``floor`` are the
+    indices of those that were put beneath the others (`reflet.scene.floor`), one after the other."""
 
     parts: tuple[Part, ...]
     objects: tuple[ReflectiveObject, ...]
     environment: EnvironmentLight | None = None
     lights: tuple[PunctualLight, ...] = ()
-    floor: int | None = None
+    floor: tuple[int, ...] = ()
 
     @cached_property
     def triangle_offsets(self) -> tuple[int, ...]:

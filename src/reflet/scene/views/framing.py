@@ -32,7 +32,7 @@ def frame_orbit(
     them just fits the picture, and less where something opaque would stand between camera and objects at any azimuth:
     the walls of a room.
     """
-    framed = [o for o, item in enumerate(scene.objects) if scene.floor not in item.parts]
+    framed = [o for o, item in enumerate(scene.objects) if not set(scene.floor) & set(item.parts)]
     positions = np.concatenate([object_positions(scene, o) for o in framed])
     centre, _ = bounding_sphere(positions)
     aim = centre if target is None else np.asarray(target, np.float64)
@@ -61,7 +61,7 @@ def _free_way(scene: Scene, aim: Float[np.ndarray, "3"], radius: float, elevatio
     ways = np.stack([np.cos(phi) * flat, rise, -np.sin(phi) * flat], axis=1)
     nearest = np.full(len(ways), np.inf)
     for number, part in enumerate(scene.parts):
-        if not part.reflective or number == scene.floor:
+        if not part.reflective or number in scene.floor:
             _first_hits(aim + radius * ways, ways, part.mesh.positions, part.mesh.triangles, nearest)
     return float(nearest.min()) + radius
 

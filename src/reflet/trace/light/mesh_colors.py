@@ -66,9 +66,10 @@ def sites_of_parts(
     shown = np.flatnonzero(shows)
     corners, normals, vertices, sides = _shown(scene, of_part)
     ruler = _ruler(corners, scene)
-    if scene.floor is not None:  # what a model hides of the sky falls with the square of the distance
-        least, floor = ruler.min(initial=np.inf), scene.triangle_offsets[scene.floor : scene.floor + 2]
-        ruler *= np.where((shown >= floor[0]) & (shown < floor[1]), ruler / least, 1.0)
+    if scene.floor:  # what a model hides of the sky falls with the square of the distance
+        least = ruler.min(initial=np.inf)
+        begin, end = (scene.triangle_offsets[part] for part in (scene.floor[0], scene.floor[-1] + 1))
+        ruler *= np.where((shown >= begin) & (shown < end), ruler / least, 1.0)
     fine = _resolutions(corners, sides, ruler, budget, shared)
 
     grid = (fine + 1) * (fine + 2) // 2
@@ -174,7 +175,7 @@ def _ruler(corners: Float[np.ndarray, "triangles 3 3"], scene: Scene) -> Float[n
     reflective = [
         part.mesh.positions[part.mesh.triangles]
         for number, part in enumerate(scene.parts)
-        if part.reflective and number != scene.floor
+        if part.reflective and number not in scene.floor
     ]
     if not reflective:
         return np.ones(len(corners))
