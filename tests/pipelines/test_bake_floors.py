@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import reflet
+from reflet.pipelines.verify_bounces import verify_bounces
 from reflet.scene import floor as floors
 from reflet.scene.assemble import assemble
 from reflet.scene.floor import with_floor
@@ -84,3 +85,7 @@ def test_of_a_shadow_nothing_else_is_seen(tmp_path: Path, monkeypatch: pytest.Mo
     # the same, by pixels of 5 % of the ball, and texels of 3 %
     np.testing.assert_allclose(seen[dark].mean(), expected[dark].mean(), atol=0.006)
     np.testing.assert_allclose(seen[:2, [0, 1, -2, -1]], 0.5, rtol=0.01)
+    pem = reflet.open_pem(tmp_path / "pem")
+    bounces = verify_bounces(pem, pem.space.orbit.camera({"azimuth_deg": 60.0}))
+    assert bounces.rays > 100 and bounces.equal_share > 0.999  # but for those that part at random at the shadow
+    assert bounces.difference < 1e-3

@@ -29,9 +29,10 @@ LEAST_SHOWN = 0.1  # of the white that distant light is here: what arrives of le
 @dataclass(frozen=True)
 class Bounces:
     """Mirrored rays as drawn and as traced: of ``rays`` that meet mirrors or what stands beside them, the
-    ``equal_share`` meets the same triangles, the first four one by one, after up to ``most_hits``; what they send of
-    their own, and the share of distant light that arrives, differ by ``difference``, relative, but for the worst 0.5 %.
-    Rays whose first surface is of glass, and those that meet a rough one, are left out of the latter."""
+    ``equal_share`` meets the same triangles, the first four one by one, after up to ``most_hits``, or parts by chance
+    where something is blended; what they send of their own, and the share of distant light that arrives, differ by
+    ``difference``, relative, but for the worst 0.5 %. Rays whose first surface is of glass, and those that meet a rough
+    one, are left out of the latter."""
 
     rays: int
     most_hits: int
@@ -76,10 +77,17 @@ def verify_bounces(
     )
     met_before = np.cumsum(rough[ways.triangles], axis=1)
     beyond, rough_met = met_before - rough[ways.triangles] > 0, met_before[:, -1] > 0
+    rough_met |= rough.any() & (ways.triangles[:, -1] > 0)  # those that are met later are not told
     ways = replace(ways, triangles=np.where(beyond | ~followed[:, None], 0, ways.triangles))
     drawn = np.where(beyond, 0, drawn)
     meets = (ways.triangles > 0).any(1) | (drawn > 0).any(1)
-    equal = (drawn == ways.triangles).all(1)
+    # What is blended is met at random, by other numbers here and there: rays may part where either meets it.
+    blended = np.repeat([part.material.cutoff < 0.0 for part in pem.scene.parts], np.diff(pem.scene.triangle_offsets))
+    blended = np.append(False, blended)
+    parting = np.argmax(drawn != ways.triangles, axis=1)[:, None]
+    chance = [blended[np.take_along_axis(met, parting, 1)[:, 0]] for met in (drawn, ways.triangles)]
+    same = (drawn == ways.triangles).all(1)
+    equal = same | chance[0] | chance[1]
 
     def shown(layers: frozenset[Shown]) -> Float32[np.ndarray, "rays 3"]:
         return renderer.frame(camera, samples=1, what="object", layers=layers).reshape(-1, 4)[pixels, :3]
@@ -92,7 +100,7 @@ def verify_bounces(
     several = np.array([part.material.refraction is not None or part.is_coated for part in pem.scene.parts])
     compared = (
         meets
-        & equal
+        & same
         & ~rough_met
         & ~several[gbuffer.row_part[gbuffer.row_of_sample]]
         & (reflectance > LEAST_REFLECTANCE).all(1)
