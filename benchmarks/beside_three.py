@@ -8,7 +8,8 @@ are there are kept), and played back at rest from three viewpoints that the bake
 same file by its own loaders: materials and occlusion maps as its GLTFLoader makes them, the environment as its
 PMREMGenerator filters it, no tone mapping, the mean of 4² points a pixel; a mesh without a material is the mirror that
 it is for reflet. The reference is Mitsuba's path integrator with glTF's own material, the light between microfacets
-kept, light bouncing up to 8 times. Sheen, iridescence, anisotropy and dispersion are in none of the three.
+kept, light bouncing up to 8 times, 32 where there is glass. Sheen, iridescence, anisotropy and dispersion are in none
+of the three.
 
 Printed for each shot: display PSNR, SSIM and mean FLIP of the model's pixels (coverage above one half), the ratio of
 FLIP to three.js's, the gain in dB, and the reference's own noise, by two halves of its samples, as display PSNR.
@@ -58,7 +59,7 @@ ENVIRONMENTS = [DATA / "hdr" / "studio_small_05_1k.hdr", DATA / "hdr" / "venice_
 VIEWPOINTS = ((15.0, 8.0), (140.0, 35.0), (265.0, 55.0))  # azimuth and elevation
 THREE = Path(__file__).parents[1] / "web" / "test" / "three.mjs"
 ACROSS = 4  # points of three.js along a pixel's side
-MOST_BOUNCES = 8
+MOST_BOUNCES, IN_GLASS = 8, 32
 QUICK = (128, 64, 1)  # picture size, samples a pixel, viewpoints
 WORST_FLIP = 0.5  # at the top of the colour scale
 COLOURS = colormaps["magma"]
@@ -126,12 +127,13 @@ def three_pictures(
 def path_traced(scene: Scene, cameras: Sequence[Camera], spp: int, folder: Path) -> list[tuple[Picture, Picture]]:
     """For each camera two independent pictures of half the samples; kept in ``folder``, side by side."""
     reference: PathReference | None = None
+    depth = IN_GLASS if any(part.material.refraction for part in scene.parts) else MOST_BOUNCES
     out = []
     for number, camera in enumerate(cameras):
-        kept = folder / f"path-{number}-{camera.width}-{spp}.exr"
+        kept = folder / f"path-{number}-{camera.width}-{spp}-{depth}.exr"
         if not kept.exists():
             reference = reference or PathReference(scene, materials="gltf")
-            halves = [reference.picture(camera, spp=spp // 2, max_depth=MOST_BOUNCES, seed=seed) for seed in (1, 2)]
+            halves = [reference.picture(camera, spp=spp // 2, max_depth=depth, seed=seed) for seed in (1, 2)]
             write_exr(kept, np.concatenate(halves, 1))
         first, second = np.split(read_exr(kept), 2, 1)
         out.append((first, second))
