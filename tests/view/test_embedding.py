@@ -13,6 +13,8 @@ from browser import drive, need_built_viewer
 from small_pem import small_pem
 
 from reflet.pem.container import save_pem
+from reflet.scene.scene import ReflectiveObject
+from reflet.scene.surfaces.irradiance import IrradianceMap
 from reflet.view.export import export_viewer
 from reflet.view.server import viewer_server
 
@@ -20,12 +22,25 @@ AT_HOME = {"azimuth_deg": 60, "elevation_deg": 22, "distance": 2}
 PLACED = {"azimuth_deg": 61.25, "elevation_deg": 15, "distance": 2.5}
 
 
+def plain_pem():
+    """A ball under the sky, of one layer: it is opened many times, and each time Chromium's rasterizer compiles what
+    draws it."""
+    pem = small_pem(views=2, size=4, with_room=False)
+    scene = replace(pem.scene, parts=pem.scene.parts[:1], objects=(ReflectiveObject("ball", (0,)),))
+    none = np.zeros(scene.triangle_offsets[-1], np.uint32)
+    return replace(
+        pem, scene=scene, irradiance=IrradianceMap(none, none, np.zeros((1, 3), np.float32)),
+        layers=(replace(pem.layers[0], parts=(0,)),), maps=[maps[:1] for maps in pem.maps],
+        on_hull=pem.on_hull[: len(none)], sample_count=1,
+    )  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory):
     """What the browser saw."""
     need_built_viewer()
     folder = tmp_path_factory.mktemp("embedding")
-    save_pem(folder / "pem", replace(small_pem(views=2, size=4), sample_count=1))
+    save_pem(folder / "pem", plain_pem())
     index = export_viewer(folder / "pem", folder / "site")
     with viewer_server(folder / "pem") as address:
         drive("embedding.mjs", address, index, folder)

@@ -23,19 +23,18 @@ from reflet.scene.scene import Part
 from reflet.view.server import viewer_server
 
 BETWEEN = {"azimuth_deg": 61.25}
-# Twice as wide; two faces; a frame of its own for each sample; distances in a map of their own; shells, half faded to
-# their base; shells of another parameterization with a base alone; mirrors that see each other, painted all over; and
-# glass, solid and thin.
+# A frame of its own for each sample; shells, half faded to their base; shells of another parameterization with a base
+# alone; mirrors that see each other, painted all over; and glass, solid and thin.
 KINDS = {
-    "latlong": BETWEEN,
-    "dual_paraboloid": BETWEEN,
     "gazing_ball": BETWEEN,
-    "relief": BETWEEN,
     "shells": {"azimuth_deg": 61.25, "elevation_deg": 27.0},
     "static": {"azimuth_deg": 200.0, "elevation_deg": 40.0},
     "traced": BETWEEN,
     "glass": BETWEEN,
 }
+# Twice as wide; two faces; distances in a map of their own.
+SLOW_KINDS = {"latlong": BETWEEN, "dual_paraboloid": BETWEEN, "relief": BETWEEN}
+VIEWPOINTS = {**KINDS, **SLOW_KINDS}
 # Both readers read coded PEMs to the same bits (test_web_twins, test_coded_maps). Yet of these two, and of "pem", a few
 # pixels on the ball's silhouette differ where its mesh is coded: why is not known.
 UNCODED = ("shells", "traced")
@@ -126,7 +125,7 @@ def glass_pem():
 
 
 def pem_of(name):
-    """One of `KINDS`."""
+    """One of `VIEWPOINTS`."""
     match name:
         case "relief":
             return relief_pem()
@@ -150,7 +149,7 @@ def seen_by_browser(folder, kinds, steps):
         by_name = {
             name: {
                 "address": servers.enter_context(viewer_server(folder / name)),
-                "viewpoint": KINDS[name],
+                "viewpoint": VIEWPOINTS[name],
                 "steps": steps.get(name, []),
             }
             for name in kinds
@@ -161,7 +160,7 @@ def seen_by_browser(folder, kinds, steps):
 
 def kind_of(frame):
     """The PEM that a frame shows."""
-    return next(kind for kind in KINDS if frame.startswith(kind))
+    return next(kind for kind in VIEWPOINTS if frame.startswith(kind))
 
 
 @pytest.fixture(scope="module")
@@ -181,6 +180,17 @@ def test_no_kind_has_anything_to_complain_of(session):
 @pytest.mark.parametrize("name", ARGUMENTS)
 def test_frames_equal_the_renderers_byte_for_byte(session, drawn, name):
     np.testing.assert_array_equal(browser_frame(session, name), drawn[name])
+
+
+@pytest.mark.slow
+def test_other_kinds(tmp_path):
+    """Half a minute. Their parts are in quick tests: two faces in "static", reliefs in "shells"; all parameterizations'
+    lookups, whose text both hosts share, in tests/render/test_parameterization_twins.py."""
+    session = seen_by_browser(tmp_path, SLOW_KINDS, {})
+    assert session[0]["complaints"] == []
+    drawn = drawn_frames(session, {name: {"samples": 4} for name in SLOW_KINDS}, kind_of)
+    for name in SLOW_KINDS:
+        np.testing.assert_array_equal(browser_frame(session, name), drawn[name])
 
 
 @pytest.mark.slow

@@ -32,7 +32,6 @@ ARGUMENTS = {
     "blended": {"samples": 4},
     "nearest": {"samples": 4, "blend": False},
     "without-local": {"samples": 4, "blend": False, "layers": ["diffuse", "fresnel", "distant"]},
-    "distant-alone": {"samples": 4, "blend": False, "layers": ["distant"]},
     "infinite-sphere": {"samples": 4, "blend": False, "layers": ["distant"]},
     "far-round": {"samples": 4},  # many viewpoints: maps were evicted and fetched again on the way
 }

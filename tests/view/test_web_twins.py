@@ -139,6 +139,25 @@ def test_motion_is_drawn_as_finely_as_there_is_time(call):
     assert [(each["coarseness"], each.get("more")) for each in found] == [(edge, more) for *_, edge, more in frames]
 
 
+def test_sub_samples_come_in_bursts_that_are_not_slow(call):
+    times = [
+        (1, 20, 2),
+        (2, 24, 4),
+        (4, 30, 4),
+        (4, 51, 2),
+        (1, 51, 1),
+        (64, 1, 64),
+    ]  # how many, their ms, how many next
+    found = call([("players/pace", "nextBurst", [burst, ms]) for burst, ms, _ in times])
+    assert found == [following for *_, following in times]
+
+
+def test_pictures_come_to_the_screen_where_they_look_better(call):
+    asked = [(3, 0, False), (4, 0, True), (5, 4, True), (9, 8, False), (10, 8, True), (255, 240, False)]
+    found = call([("players/pace", "worthShowing", [samples, shown]) for samples, shown, _ in asked])
+    assert found == [worth for *_, worth in asked]
+
+
 def geometry_to_json(geometry):
     return described(geometry, BufferWriter("maps.bin"))
 

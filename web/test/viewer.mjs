@@ -71,7 +71,6 @@ await withViewer(folder, async ({ page, viewer, viewpoint, keep, picture, seen }
   await keep("without-local", 4);
   await page.getByRole("checkbox", { name: "Fresnel" }).uncheck();
   await page.getByRole("checkbox", { name: "Diffuse" }).uncheck();
-  await keep("distant-alone", 4);
   await page.getByRole("combobox", { name: "Geometry" }).selectOption("infinite_sphere");
   await keep("infinite-sphere", 4);
 

@@ -8,12 +8,11 @@ import type { Form } from "../panels/form";
 import type { Settings } from "../panels/settings";
 import type { ShadingSettings } from "../panels/shading-settings";
 import { type Surroundings, ViewLimits } from "../scene/view-limits";
-import { FIRST_PACE, nextPace } from "./pace";
+import { FIRST_BURST, FIRST_PACE, nextBurst, nextPace, worthShowing } from "./pace";
 
 const MOST_PIXELS = 3 * 2 ** 20; // of the picture: bounds its textures to some 330 MB
 const REST_MS = 120; // without change, before the picture is refined
 const SMOOTHED_FRAMES = 8; // in the frame time that is shown
-const MULTISAMPLES = 4;
 
 /** The picture as numbers, for tests and figures. */
 export interface RawFrame {
@@ -48,6 +47,8 @@ export abstract class Player {
   private changed = false;
   private lastChange = 0;
   private samplesAtRest = 0; // of the picture being refined
+  private samplesShown = 0; // of these
+  private burst = FIRST_BURST; // of these between two frames
   private refining = false;
   private awake = false;
   private pace = FIRST_PACE; // in motion
@@ -241,16 +242,21 @@ export abstract class Player {
   private async drawFrame(device: GPUDevice): Promise<void> {
     const start = performance.now();
     const { changed } = this;
+    const refines = !changed && this.refining && start - this.lastChange >= REST_MS;
     if (changed) {
       this.changed = false;
       this.samplesAtRest = 0;
+      this.samplesShown = 0;
+      this.burst = FIRST_BURST;
       this.refining = this.drawMoving();
-    } else if (this.refining && start - this.lastChange >= REST_MS) {
+    } else if (refines) {
       this.refine();
     }
     await device.queue.onSubmittedWorkDone(); // never more than one frame ahead: input is answered at once
     if (device !== this.device) return;
-    if (changed) this.measure(performance.now() - start);
+    const ms = performance.now() - start;
+    if (changed) this.measure(ms);
+    if (refines) this.burst = nextBurst(this.burst, ms);
     this.tellStatus();
   }
 
@@ -260,13 +266,19 @@ export abstract class Player {
     if (device === this.device) this.listener.failed(error instanceof Error ? error.message : String(error));
   }
 
-  /** Adds one sub-sample of the pattern; shown as soon as there are as many as in motion. */
+  /** Adds the next sub-samples of the pattern. */
   private refine(): void {
     const { width, height } = this.fullSize();
-    this.drawNextSample(this.shownCamera(width, height), this.atRest, this.samplesAtRest === 0);
-    this.samplesAtRest += 1;
-    if (this.samplesAtRest >= MULTISAMPLES) this.sum.display(this.screen(width, height), this.tone);
-    this.refining = this.samplesAtRest < mostSamples(this.atRest);
+    const most = mostSamples(this.atRest);
+    for (const end = Math.min(this.samplesAtRest + this.burst, most); this.samplesAtRest < end; ) {
+      this.drawNextSample(this.shownCamera(width, height), this.atRest, this.samplesAtRest === 0);
+      this.samplesAtRest += 1;
+    }
+    this.refining = this.samplesAtRest < most;
+    if (!this.refining || worthShowing(this.samplesAtRest, this.samplesShown)) {
+      this.sum.display(this.screen(width, height), this.tone);
+      this.samplesShown = this.samplesAtRest;
+    }
   }
 
   private measure(ms: number): void {

@@ -26,7 +26,8 @@ const PICTURES = [8, METALLIC_ROUGHNESS_TEXTURE, 32, 64]; // base colour, metall
 export const NORMALS = 2; // their place among these
 const [COLORS, MORE_UV, HOLES, UNLIT] = [128, 256, 512, 4096];
 export const METAL = 1024;
-const [REFRACTIVE, THIN, ROUGH, SURFACE] = [8192, 16384, 32768, 65536];
+export const REFRACTIVE = 8192;
+const [THIN, ROUGH, SURFACE] = [16384, 32768, 65536];
 const [COAT, COAT_TEXTURES] = [131072, 262144];
 const LEAST_ROUGHNESS = 0.03; // smoother parts are mirrors
 

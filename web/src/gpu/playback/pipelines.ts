@@ -6,7 +6,7 @@ import type { Stack } from "../../scene/stacks";
 import { createScreenPipeline } from "../device/picture-sum";
 import { link } from "../device/shaders";
 import { DEPTH } from "../device/target";
-import { HAS_LOCAL, partBits } from "./layouts";
+import { HAS_LOCAL, partBits, REFRACTIVE } from "./layouts";
 import { lightCount } from "./punctual-lights";
 
 export interface Pipelines {
@@ -49,6 +49,13 @@ export async function createPipelines(
     shader: module("traced_picture"),
     constants: { ...constants, MOST_HITS: pem.traced.mostHits, HIT_BITS: hitBits },
   };
+  // Where mirrors have pipelines of their own, the others' need no code of theirs; that of glass changes diffuse light too.
+  if (traced) {
+    constants.ANY_BITS = pem.parts.reduce((bits, part) => {
+      const its = partBits(part);
+      return bits | (part.reflective ? its & REFRACTIVE : its);
+    }, 0);
+  }
 
   const drawn = (shader: GPUShaderModule, name: "picture" | "backdrop", multi: boolean, its = constants) =>
     device.createRenderPipelineAsync({
