@@ -35,10 +35,32 @@ export async function withPage(use, { width, height, scale }) {
     timeout: PATIENCE,
   });
   context.setDefaultTimeout(PATIENCE);
+  await context.addInitScript(countLosses);
   try {
     return await use(context.pages()[0] ?? (await context.newPage()));
   } finally {
     await context.close();
     await rm(profile, { recursive: true, force: true });
   }
+}
+
+/** Ends the graphics process, and waits until the page's device is lost. */
+export async function loseDevice(page) {
+  const session = await page.context().newCDPSession(page);
+  const before = await page.evaluate(() => window.losses);
+  await session.send("Browser.crashGpuProcess");
+  await page.waitForFunction((count) => window.losses > count, before);
+}
+
+function countLosses() {
+  window.losses = 0;
+  if (!window.GPUAdapter) return; // pages that are not secure have none
+  const { requestDevice } = GPUAdapter.prototype;
+  GPUAdapter.prototype.requestDevice = async function (description) {
+    const device = await requestDevice.call(this, description);
+    device.lost.then(() => {
+      window.losses += 1;
+    });
+    return device;
+  };
 }

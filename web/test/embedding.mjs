@@ -5,7 +5,7 @@
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { withPage } from "./browser.mjs";
+import { loseDevice, withPage } from "./browser.mjs";
 
 const [address, exported, folder] = process.argv.slice(2);
 const seen = { complaints: [] };
@@ -148,8 +148,7 @@ await withPage(
       window.panel = element.shadowRoot.querySelector(".panel");
     });
     const complaints = [...seen.complaints]; // before the browser tells of its crash, and of missing files
-    await touch.send("Browser.crashGpuProcess");
-    await page.waitForTimeout(300);
+    await loseDevice(page);
     seen.afterLoss = { frame: await frame(), ...(await state()) };
     seen.samePanel = await viewer((element) => element.shadowRoot.querySelector(".panel") === window.panel);
 

@@ -3,7 +3,7 @@
 
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { withPage } from "./browser.mjs";
+import { loseDevice, withPage } from "./browser.mjs";
 
 const [address, folder, materials] = process.argv.slice(2);
 const browser = { width: 480, height: 360, scale: 0.25 }; // few pixels on the screen: they are drawn by software
@@ -91,8 +91,7 @@ await withPage(async (page) => {
   await viewer((element) => element.configure({ lamp: { on: true } }));
   await keep("before-loss");
   const complaints = [...seen.complaints]; // the browser tells of its own crash
-  await (await page.context().newCDPSession(page)).send("Browser.crashGpuProcess");
-  await page.waitForTimeout(300);
+  await loseDevice(page);
   await keep("after-loss");
   seen.complaints = complaints;
 }, browser);
