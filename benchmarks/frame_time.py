@@ -58,7 +58,7 @@ from reflet.scene.views.sample_pattern import AT_REST, IN_MOTION
 from reflet.shaders.link import link_text
 
 ROUNDS = 9
-PLAIN = Path(__file__).with_name("plain_lookup.wgsl")
+PLAIN = link_text(Path(__file__).with_name("plain_lookup.wgsl").read_text())
 
 
 def mirrors(meshes: Sequence[Mesh]) -> Scene:
@@ -111,12 +111,10 @@ def plain_pem(pem: ParameterizedEnvironmentMap) -> ParameterizedEnvironmentMap:
     return replace(pem, layers=layers, maps=[maps], space=space, base=())
 
 
-def plain_renderer(pem: ParameterizedEnvironmentMap, camera: Camera) -> Renderer:
-    """Draws it by the plain program."""
-    renderer = Renderer(plain_pem(pem))
-    with patch("reflet.render.playback.passes.link", lambda program: link_text(PLAIN.read_text())):
-        renderer.frame(camera, samples=1)  # builds the pipeline from it
-    return renderer
+def plain_frame(renderer: Renderer, camera: Camera, samples: int) -> np.ndarray:
+    """Of a `plain_pem`, drawn by the plain program."""
+    with patch("reflet.render.playback.passes.link", lambda program: PLAIN):
+        return renderer.frame(camera, samples=samples)
 
 
 def last_shells(pem: ParameterizedEnvironmentMap) -> list[int]:
@@ -229,12 +227,12 @@ def main() -> None:
     pem = pem_of(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
     between = {axis.name: float(np.mean(axis.values[:2])) for axis in pem.space.axes if axis.values}
     camera = pem.space.orbit.camera(between)
-    layered, plain = Renderer(pem), plain_renderer(pem, camera)
+    layered, plain = Renderer(pem), Renderer(plain_pem(pem))
     for samples in (16, 4):
         frames: dict[str, Callable[[], object]] = {
             "layered, fast": partial(layered.frame, camera, samples=samples, exact=False),
             "layered, exact": partial(layered.frame, camera, samples=samples),
-            "plain": partial(plain.frame, camera, samples=samples),
+            "plain": partial(plain_frame, plain, camera, samples),
         }
         measure(f"{samples} samples a pixel", frames)
     kinds = {"two shells": two_shells(pem), "one relief": with_reliefs(pem, 1), "one box": one_box(pem)}
