@@ -110,10 +110,8 @@ fn reflective(s: Sample) -> vec3f {
   }
   let n = shading_normal(s.here, s.ng);
   let gloss = gloss_at(s, n);
-  var shown = vec3f(0.0);
-  if (part.metallic > 0.0 || part.dielectric_f90 > 0.0) {  // else it mirrors by its coat alone
-    shown = lobe_light(s, n, mirrors_of(s, n, gloss), gloss.roughness);
-  }
+  // Not in a branch, though what mirrors by its coat alone shows nothing of it: lookups within one leak memory on llvmpipe.
+  var shown = lobe_light(s, n, mirrors_of(s, n, gloss), gloss.roughness);
   let dielectric = vec4f(part.dielectric_f0, part.dielectric_f90);
   var albedo = diffuse_share(base_color, gloss.metallic, dielectric, part_is(PART_ROUGH), gloss.ggx);
   if (part_is(PART_REFRACTIVE)) {
