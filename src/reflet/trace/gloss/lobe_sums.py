@@ -17,8 +17,9 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit, prange
 
+from reflet.envmap.facts import LUMINANCE
+
 NOTHING = 0xFFFFFFFF
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ROUNDING = 1e-9  # of sums in another order
 ALL_HIDDEN = 0.999  # of a lobe's weight: what shines past that is noise
 # Flags of a sample: of its ray, of its emitter, and from these bits on of both for each shell.

@@ -9,6 +9,7 @@ import numpy as np
 
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.holes import opacity
+from reflet.trace.sampling import R2
 from reflet.trace.surface import environment_radiance, luminance, sky_lookup, surface_at
 
 BRIGHTER = 1.0 + 1e-6  # than the mean, beyond rounding
@@ -148,7 +149,7 @@ def _triangle_power(device: DeviceScene) -> tuple[np.ndarray, np.ndarray]:
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         area[lit] = np.linalg.norm(cross, axis=-1) / 2.0
         # Points of the R2 sequence, folded into the triangle.
-        x, y = (np.arange(PROBES)[:, None] * [0.7548776662, 0.5698402910] + 0.5).T % 1.0
+        x, y = (np.arange(PROBES)[:, None] * R2 + 0.5).T % 1.0
         x, y = np.where(x + y > 1.0, 1.0 - x, x), np.where(x + y > 1.0, 1.0 - y, y)
         uv = mi.Point2f(*(mi.Float(np.tile(c, len(lit)).astype(np.float32)) for c in (x, y)))
         triangle = mi.UInt32(np.repeat(lit, PROBES))

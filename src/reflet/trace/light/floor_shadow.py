@@ -13,18 +13,17 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 from scipy.ndimage import maximum_filter, minimum_filter, zoom
 
+from reflet.envmap.facts import LUMINANCE
 from reflet.scene.material import COAT_F0, EnvironmentLight, Material
 from reflet.scene.scene import Part, Scene
 from reflet.trace.device_scene import DeviceScene
 from reflet.trace.light.holes import blocked
-from reflet.trace.sampling import LANES
+from reflet.trace.sampling import LANES, R2
 from reflet.trace.variant import use_variant
 
 DIRECTIONS = 1024
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
 COARSE = 4  # texels of the fine grid along a coarse one's
 EVEN = 1.0 / 255.0  # less is no change
-_GOLDEN = (0.7548776662466927, 0.5698402909980532)  # the R2 sequence of Roberts
 
 
 def floor_shadow(
@@ -78,7 +77,7 @@ def _ways(light: EnvironmentLight) -> Float32[np.ndarray, "directions 3"] | None
     number = np.arange(DIRECTIONS) + 0.5
     pixel = np.searchsorted(below, number / DIRECTIONS * below[-1], side="right") - 1
     row, column = np.divmod(np.minimum(pixel, len(weight) - 1), columns)
-    down, across = (np.mod(number * step, 1.0) for step in _GOLDEN)
+    down, across = (np.mod(number * step, 1.0) for step in R2)
     low, high = np.sin(edges[row]) ** 2, np.sin(edges[row + 1]) ** 2
     sine = np.sqrt(low + down * (high - low))
     phi = 2.0 * np.pi * ((column + across) / columns - 0.5)
@@ -106,7 +105,7 @@ def _shadow(
         texel, path = lane // DIRECTIONS, lane % DIRECTIONS
         at, right, down = (mi.Point3f(*(dr.gather(mi.Float, places, texel * 9 + 3 * k + axis) for axis in range(3)))
                            for k in range(3))  # fmt: skip
-        s, t = (mi.Float(path) * step + 0.5 for step in _GOLDEN)
+        s, t = (mi.Float(path) * step + 0.5 for step in R2)
         point = at + right * (s - dr.floor(s)) + down * (t - dr.floor(t))
         direction = mi.Vector3f(*(dr.gather(mi.Float, of_path, path * 3 + axis) for axis in range(3)))
         hidden = blocked(device, mi.Ray3f(point, direction), mi.Bool(True))
